@@ -356,6 +356,7 @@ fn serve(
         reports: service.reports(),
         scans: service.scans(),
         mqtt_dropped,
+        areas_lost: None,
         site,
         changed: Box::new(move |site| sites.change(site)),
         calibration: service.calibration(),

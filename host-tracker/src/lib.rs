@@ -7,6 +7,7 @@
 
 pub mod access;
 pub mod alarm_handle;
+pub mod area_losses;
 pub mod areas;
 pub mod backup;
 pub mod calibration;

@@ -21,6 +21,7 @@ use prometheus_client::metrics::counter::ConstCounter;
 use prometheus_client::metrics::gauge::ConstGauge;
 use prometheus_client::registry::Registry;
 
+use crate::area_losses::AreaLossCounts;
 use crate::store::Dropped;
 use kehai_tracking::jsonl::ZoneKnown;
 use kehai_tracking::lines::Direction;
@@ -39,6 +40,8 @@ pub struct Losses {
     pub database: Option<Dropped>,
     /// Messages of the MQTT broker that found no room, if there is one.
     pub mqtt: Option<u64>,
+    /// Messages of areas that were not used, where several trackers are one site.
+    pub areas: Option<AreaLossCounts>,
     /// Reports for which clients were too slow.
     pub reports: u64,
     /// Scans for which viewers or ROS 2 were too slow.
@@ -348,11 +351,15 @@ fn plain(encoder: &mut DescriptorEncoder<'_>, name: &str, help: &str, count: u64
 }
 
 fn lost(losses: Losses, encoder: &mut DescriptorEncoder<'_>) -> fmt::Result {
-    let Losses { database, mqtt, reports, scans, .. } = losses;
+    let Losses { database, mqtt, areas, reports, scans, .. } = losses;
     if let Some(mqtt) = mqtt {
         let help = "Messages of the MQTT broker that came too fast and were dropped; absent without a broker";
         plain(encoder, "kehai_mqtt_dropped", help, mqtt)?;
     }
+    let causes = areas.into_iter().flatten();
+    let samples = causes.map(|(cause, count)| ([("cause", cause)], ConstCounter::new(count)));
+    let help = "Messages of areas that were not used, by cause; absent where one tracker is the site";
+    family(encoder, "kehai_area_messages_dropped", help, samples)?;
     let help = "Reports that a client did not get, as it had fallen behind";
     plain(encoder, "kehai_reports_missed", help, reports)?;
     let help = "Scans that viewers or ROS 2 did not get, as they had fallen behind";

@@ -15,18 +15,19 @@ use tokio::sync::watch;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
-use super::heard::{Heard, Lost, ask, frame, pass};
+use super::heard::{Heard, ask, frame, pass, say_lost};
 use super::keys::{What, all, area_of};
 use super::link::{one_line, open};
 use super::shown::Out;
 use super::{AreaPlace, LinkError, Network};
 use crate::alarm_handle::{AlarmHandle, new_list};
+use crate::area_losses::AreaLosses;
 use crate::clock::HostClock;
 use crate::log_limit::CountLog;
 use crate::site_file::SiteFile;
 use crate::supervise::Worker;
 use crate::tracker_alarms::TrackerAlarms;
-use kehai_tracking::areas::{self, AreaName};
+use kehai_tracking::areas::{self, AreaName, Taken};
 use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{Snapshot, unix_ms};
 
@@ -65,6 +66,7 @@ pub struct Campus {
     _thread: Worker,
     frames: watch::Receiver<Arc<Snapshot>>,
     site: watch::Receiver<Arc<Site>>,
+    lost: AreaLosses,
 }
 
 /// What there is of a site that is asked for.
@@ -90,7 +92,8 @@ impl Campus {
         let (frames_in, frames) = watch::channel(Arc::default());
         let (site_in, site) = watch::channel(Arc::default());
         let (queue, pictures) = sync_channel(PICTURES);
-        let own = new_list();
+        let (own, lost) = (new_list(), AreaLosses::default());
+        let counted = lost.clone();
         let mut out = Out {
             frames: frames_in,
             site: site_in,
@@ -105,17 +108,23 @@ impl Campus {
         let work = move |stop: &AtomicBool| {
             let Some(session) = open(&config, stop, say) else { return Ok(()) };
             say(&format!("the areas of {} are heard over Zenoh", settings.site));
-            follow(&session, &settings, &mut out, stop).map_err(|error| one_line(&error))
+            follow(&session, &settings, (&mut out, &counted), stop).map_err(|error| one_line(&error))
         };
         let thread = Worker::start("campus", alarms, work);
         let thread = thread.map_err(|error| LinkError::Open(error.to_string()))?;
-        Ok((Self { _thread: thread, frames, site }, pictures))
+        Ok((Self { _thread: thread, frames, site, lost }, pictures))
     }
 
     /// The newest picture.
     #[must_use]
     pub fn frames(&self) -> watch::Receiver<Arc<Snapshot>> {
         self.frames.clone()
+    }
+
+    /// Messages of areas that were not used, for the metrics.
+    #[must_use]
+    pub fn lost(&self) -> AreaLosses {
+        self.lost.clone()
     }
 
     /// The site of all areas.
@@ -128,12 +137,11 @@ impl Campus {
 fn follow(
     session: &Session,
     settings: &CampusSettings,
-    out: &mut Out,
+    (out, lost): (&mut Out, &AreaLosses),
     stop: &AtomicBool,
 ) -> Result<(), zenoh::Error> {
     let (news_in, news) = sync_channel(QUEUE);
-    let lost = Arc::new(Lost::default());
-    let sender = || (news_in.clone(), Arc::clone(&lost));
+    let sender = || (news_in.clone(), lost.clone());
     let (to_frames, lost_frames) = sender();
     let _frames = session
         .declare_subscriber(all(&settings.site, What::Frame))
@@ -169,12 +177,21 @@ fn follow(
             let picture = campus.picture(&site, now_us, unix_ms());
             out.is_begun |= is_found(&campus, &settings.expected, now_us, begun.elapsed());
             out.show(picture);
-            lost.say(&mut log);
+            say_lost(lost, &mut log);
         }
         match news.recv_timeout(next.saturating_duration_since(now)) {
             Ok(Heard::Frame(area, revision, said)) => {
-                if !campus.hear(&area, *said, clock.now_us()) {
-                    continue;
+                // A frame that is left out says nothing of the site in use, either.
+                match campus.hear(&area, *said, clock.now_us()) {
+                    Taken::News => {}
+                    Taken::Late => {
+                        lost.late.add(1);
+                        continue;
+                    }
+                    Taken::Crowded => {
+                        lost.crowded.add(1);
+                        continue;
+                    }
                 }
                 let known = known.entry(area.clone()).or_default();
                 let is_old = known.revision != Some(revision);
@@ -222,7 +239,7 @@ mod tests {
     fn a_broker_is_told_once_all_areas_are_found_or_were_waited_for() {
         let heard = |campus: &mut areas::Campus, area: &AreaName| {
             let said = AreaFrame { epoch: 1, number: 1, frame: Snapshot::default() };
-            assert!(campus.hear(area, said, 0));
+            assert_eq!(campus.hear(area, said, 0), Taken::News);
             campus.set_site(area, Site::default());
         };
         let expected: [AreaName; 2] = ["east", "west"].map(|name| name.parse().unwrap());

@@ -1,6 +1,5 @@
 //! What comes in over Zenoh: frames, sites, tokens that are gone; what of it is lost.
 
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::Instant;
 
@@ -9,6 +8,7 @@ use zenoh::{Session, Wait};
 
 use super::keys::{What, area_of};
 use super::{AreaPlace, Said, SiteSaid};
+use crate::area_losses::AreaLosses;
 use crate::log_limit::CountLog;
 use kehai_tracking::areas::{AreaFrame, AreaName};
 
@@ -22,21 +22,14 @@ pub(super) enum Heard {
     Gone(AreaName),
 }
 
-/// Messages that were lost.
-#[derive(Default)]
-pub(super) struct Lost {
-    not_understood: AtomicU64,
-    no_room: AtomicU64,
-}
-
-impl Lost {
-    /// Says in the log how many were lost since the start, once in a while.
-    pub fn say(&self, log: &mut CountLog<2>) {
-        let counts = [&self.not_understood, &self.no_room].map(|count| count.load(Ordering::Relaxed));
-        if log.is_due(counts, Instant::now()) {
-            let [not_understood, no_room] = counts;
-            tracing::warn!("areas: {not_understood} messages were not understood, {no_room} found no room");
-        }
+/// Says in the log how many messages were lost since the start, once in a while.
+pub(super) fn say_lost(lost: &AreaLosses, log: &mut CountLog<4>) {
+    let counts = lost.counts().map(|(_, count)| count);
+    if log.is_due(counts, Instant::now()) {
+        let [not_understood, no_room, late, crowded] = counts;
+        tracing::warn!(
+            "areas: {not_understood} messages were not understood, {no_room} found no room, {late} came late, {crowded} were of areas that are too many"
+        );
     }
 }
 
@@ -58,13 +51,13 @@ pub(super) fn ask(
         .wait()
 }
 
-pub(super) fn pass(to: &SyncSender<Heard>, lost: &Lost, heard: Option<Heard>) {
+pub(super) fn pass(to: &SyncSender<Heard>, lost: &AreaLosses, heard: Option<Heard>) {
     let Some(heard) = heard else {
-        lost.not_understood.fetch_add(1, Ordering::Relaxed);
+        lost.not_understood.add(1);
         return;
     };
     if to.try_send(heard).is_err() {
-        lost.no_room.fetch_add(1, Ordering::Relaxed);
+        lost.no_room.add(1);
     }
 }
 

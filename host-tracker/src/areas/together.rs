@@ -88,6 +88,7 @@ impl Together {
         let serve = |map: Map| {
             let context = ServerContext {
                 mqtt_dropped: publisher.as_ref().map(Publisher::dropped),
+                areas_lost: Some(campus.lost()),
                 firmware: map.firmware.clone(),
                 access: map.access.clone(),
                 names: map.names.clone(),

@@ -8,6 +8,7 @@ use kehai_tracking::occupancy::{Found, Total, ZoneLine};
 const LOSSES: Losses = Losses {
     database: Some(Dropped { messages: 6, rows: 4 }),
     mqtt: Some(7),
+    areas: Some([("not_understood", 1), ("no_room", 2), ("late", 3), ("crowded", 4)]),
     reports: 8,
     scans: 9,
     is_together: false,
@@ -114,6 +115,7 @@ fn a_missing_module_has_no_figures_but_is_told_to_be_missing() {
         "kehai_database_dropped_total{cause=\"full\"} 6",
         "kehai_database_dropped_total{cause=\"unwritten\"} 4",
         "kehai_mqtt_dropped_total 7",
+        "kehai_area_messages_dropped_total{cause=\"late\"} 3",
         "kehai_reports_missed_total 8",
         "kehai_scans_missed_total 9",
     ] {
@@ -149,6 +151,7 @@ fn what_was_never_measured_is_absent_and_not_0() {
 #[test]
 fn what_is_not_there_has_dropped_nothing_rather_than_0() {
     let text = text(&frame(), Losses::default());
+    assert!(!text.contains("kehai_area_messages_dropped"), "{text}");
     assert!(!text.contains("kehai_mqtt_dropped") && !text.contains("kehai_database_dropped"), "{text}");
     assert!(text.contains("kehai_reports_missed_total 0\n"), "{text}");
 }

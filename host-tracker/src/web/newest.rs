@@ -17,6 +17,7 @@ use axum::response::{IntoResponse, Response};
 
 use super::answers::refuse;
 use super::shared::Shared;
+use crate::area_losses::AreaLosses;
 use crate::metrics::{self, Losses};
 use crate::shared_count::SharedCount;
 use crate::store::StoreWatch;
@@ -55,6 +56,7 @@ pub async fn metrics(State(shared): State<Arc<Shared>>) -> Response {
     let losses = Losses {
         database: context.kept.as_ref().map(StoreWatch::dropped),
         mqtt: context.mqtt_dropped.as_ref().map(SharedCount::get),
+        areas: context.areas_lost.as_ref().map(AreaLosses::counts),
         reports: context.reports.missed(),
         scans: context.scans.missed(),
         is_together: context.site.is_together(),

@@ -19,6 +19,7 @@ use super::recent::History;
 use crate::access::roles::Action;
 use crate::access::{Access, Who};
 use crate::alarm_handle::AlarmHandle;
+use crate::area_losses::AreaLosses;
 use crate::calibration::Calibration;
 use crate::connections::{Cause, Connections};
 use crate::doors::DoorHandle;
@@ -50,6 +51,8 @@ pub struct ServerContext {
     pub scans: Scans,
     /// Messages of the MQTT broker that were dropped, if there is one.
     pub mqtt_dropped: Option<SharedCount>,
+    /// Messages of areas that were not used, where several trackers are one site.
+    pub areas_lost: Option<AreaLosses>,
     /// The site's file.
     pub site: SiteFile,
     /// Told of every site that was saved.
@@ -94,6 +97,7 @@ impl ServerContext {
             reports: Reports::default(),
             scans: Scans::default(),
             mqtt_dropped: None,
+            areas_lost: None,
             site,
             changed: Box::new(|_| Ok(())),
             calibration: Calibration::default(),

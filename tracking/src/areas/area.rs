@@ -1,7 +1,7 @@
 //! What was heard of one area: its last frame, its site, since when it is missed.
 
 use super::fields::Fields;
-use super::{AreaFrame, SILENT_US};
+use super::{AreaFrame, SILENT_US, Taken};
 use crate::site::Site;
 
 /// An area.
@@ -38,13 +38,15 @@ impl Area {
     }
 
     /// Takes what it says; a frame that is older than the last one of the same start is left out.
-    pub fn hear(&mut self, mut frame: AreaFrame, now_us: u64) {
+    pub fn hear(&mut self, mut frame: AreaFrame, now_us: u64) -> Taken {
         self.note_start(frame.epoch, now_us);
         let is_old = |last: &AreaFrame| last.epoch == frame.epoch && last.number >= frame.number;
-        if !self.last.as_ref().is_some_and(is_old) {
-            self.fields.unpack(&mut frame, now_us);
-            (self.last, self.heard_us, self.is_gone) = (Some(frame), now_us, false);
+        if self.last.as_ref().is_some_and(is_old) {
+            return Taken::Late;
         }
+        self.fields.unpack(&mut frame, now_us);
+        (self.last, self.heard_us, self.is_gone) = (Some(frame), now_us, false);
+        Taken::News
     }
 
     /// Notes since when it is missed, and since when two trackers have its name.

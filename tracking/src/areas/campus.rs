@@ -14,7 +14,7 @@ use super::grounds::Grounds;
 use super::named::Named;
 use super::persons::Persons;
 use super::tracks::{Heard, Key};
-use super::{AreaFrame, AreaName, SILENT_US, prefix};
+use super::{AreaFrame, AreaName, SILENT_US, Taken, prefix};
 use crate::jsonl::TrackLine;
 use crate::occupancy::{Total, ZoneKnown};
 use crate::site::Site;
@@ -66,15 +66,14 @@ impl Campus {
         }
     }
 
-    /// Takes what an area says; a frame that is older than the last one of the same start is left out. Whether this area is kept: of
-    /// one too many nothing is.
-    pub fn hear(&mut self, name: &AreaName, frame: AreaFrame, now_us: u64) -> bool {
+    /// Takes what an area says; a frame that is older than the last one of the same start is left out, and of an area
+    /// too many nothing is kept.
+    pub fn hear(&mut self, name: &AreaName, frame: AreaFrame, now_us: u64) -> Taken {
         let Some(area) = self.area(name) else {
             self.refuse(name, now_us);
-            return false;
+            return Taken::Crowded;
         };
-        area.hear(frame, now_us);
-        true
+        area.hear(frame, now_us)
     }
 
     /// Takes the site of an area; whether it is another one than before.

@@ -57,6 +57,17 @@ pub use name::{AreaName, NameError};
 /// never loses so many in a row, and less than the three seconds that frames hold elsewhere.
 pub const SILENT_US: u64 = 2_000_000;
 
+/// What became of a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Taken {
+    /// It is the newest of its area.
+    News,
+    /// It is older than one of the same start that was taken before, and left out.
+    Late,
+    /// There is no room for its area.
+    Crowded,
+}
+
 /// What the tracker of an area says at one time.
 #[derive(Clone, Debug)]
 pub struct AreaFrame {

@@ -1,6 +1,6 @@
 //! Two halls as one site: the names of their parts, what is said of an area that is lost, whose name goes over the border.
 
-use super::{AreaFrame, AreaName, Campus};
+use super::{AreaFrame, AreaName, Campus, Taken};
 use crate::alarm_list::{About, ListedAlarm};
 use crate::door::{Phase, Trouble};
 use crate::floor::FloorLine;
@@ -265,7 +265,8 @@ fn no_panel_of_a_floor_is_known_while_its_area_is_not_heard() {
 fn a_frame_that_was_held_up_is_no_news() {
     let (mut campus, site) = both();
     campus.hear(&area("west"), frame(5, Vec::new()), 100_000);
-    campus.hear(&area("west"), frame(4, vec![track(7, -5.0, 0.0)]), 200_000);
+    let late = campus.hear(&area("west"), frame(4, vec![track(7, -5.0, 0.0)]), 200_000);
+    assert_eq!(late, Taken::Late);
     assert_eq!(campus.picture(&site, 200_000, 1).line.zones["west/hall"].count(), Some(0));
 }
 
@@ -305,8 +306,9 @@ fn two_trackers_with_the_name_of_one_area_are_an_alarm_and_a_restart_is_none() {
 #[test]
 fn more_areas_than_there_is_room_for_are_left_out_and_named() {
     let mut campus = Campus::new(&[area("a")], 2);
-    let mut is_kept = |name: &str| campus.hear(&area(name), frame(1, Vec::new()), 0);
-    assert_eq!(["b", "c", "d", "a"].map(&mut is_kept), [true, false, false, true]);
+    let mut take = |name: &str| campus.hear(&area(name), frame(1, Vec::new()), 0);
+    let (kept, left) = (Taken::News, Taken::Crowded);
+    assert_eq!(["b", "c", "d", "a"].map(&mut take), [kept, left, left, kept]);
     let picture = campus.picture(&Site::default(), 0, 1);
     assert_eq!(campus.names().count(), 2);
     assert!(picture.alarms.iter().any(|alarm| alarm.text.contains("2 areas are too many, c among them")));
