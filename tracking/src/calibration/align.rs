@@ -30,7 +30,7 @@ pub struct Link {
     pub pose: Pose,
     /// Share of the common walk that fits.
     pub share: f64,
-    /// How far the common walk spreads about its middle, m.
+    /// How far what fits of the common walk spreads about its middle, m.
     pub spread_m: f64,
     /// Common time, s.
     pub common_s: f64,
@@ -55,14 +55,16 @@ pub fn link(walk: &Walk, one: usize, other: usize) -> Option<Link> {
     let common: Vec<(Point, Point)> =
         walk.common(one, other).map(|(here, there)| (here.place(), there.place())).collect();
     let pose = registered(&common)?;
-    let fits = common.iter().filter(|(here, there)| (pose.to_site(*there) - *here).length() < FITS_M).count();
-    let middle =
-        common.iter().fold(Point::default(), |sum, (here, _)| sum + *here) * (1.0 / common.len() as f64);
-    let spread: f64 = common.iter().map(|(here, _)| (*here - middle).dot(*here - middle)).sum();
+    let fits = |(here, there): &&(Point, Point)| (pose.to_site(*there) - *here).length() < FITS_M;
+    // What does not fit says nothing of the pose, however far away it is.
+    let fitting: Vec<Point> = common.iter().filter(fits).map(|(here, _)| *here).collect();
+    let count = fitting.len().max(1) as f64;
+    let middle = fitting.iter().fold(Point::default(), |sum, here| sum + *here) * (1.0 / count);
+    let spread: f64 = fitting.iter().map(|here| (*here - middle).dot(*here - middle)).sum();
     Some(Link {
         pose,
-        share: fits as f64 / common.len() as f64,
-        spread_m: (spread / common.len() as f64).sqrt(),
+        share: fitting.len() as f64 / common.len() as f64,
+        spread_m: (spread / count).sqrt(),
         common_s: walk.common_s(one, other),
     })
 }

@@ -95,6 +95,31 @@ fn who_stands_still_has_not_walked() {
 }
 
 #[test]
+fn who_stands_for_long_before_two_modules_has_walked_at_one_place_only() {
+    let mut walk = Walk::new(2);
+    for scan in 0..400 {
+        for (module, pose) in poses().iter().enumerate().take(2) {
+            let at_s = f64::from(scan) * 0.1;
+            // The first sees a walker who comes to stand after ten seconds, the other one another person, who stands all the time.
+            let (at, _) = walker(if module == 0 { at_s.min(10.0) } else { 10.0 });
+            let place = pose.to_sensor(at);
+            let (range_m, bearing_rad) = (place.length(), place.angle_rad());
+            walk.add(Glimpse {
+                module,
+                by: By::Beams,
+                at_s,
+                range_m,
+                bearing_rad,
+                radial_m: 0.04,
+                tangential_m: 0.03,
+            });
+        }
+    }
+    let refusal = calibrate(&walk, poses()[0], &[]).unwrap_err();
+    assert!(matches!(refusal, Refusal::Narrow { modules: (0, 1), .. }), "{refusal:?}");
+}
+
+#[test]
 fn two_who_walk_at_the_same_time_contradict() {
     let mut walk = Walk::new(2);
     for scan in 0..400 {
