@@ -38,7 +38,8 @@ pub fn rewritten(text: &str, before: &Site, after: &Site) -> Result<String, Stri
 type Left = (isize, String);
 
 fn edited(text: &str, before: &Site, after: &Site) -> Option<String> {
-    let mut document: DocumentMut = text.parse().ok()?;
+    // Whatever ends lines in the file, it is written with \n, and by empty lines its comments are told apart.
+    let mut document: DocumentMut = text.replace("\r\n", "\n").parse().ok()?;
     let first = document
         .iter()
         .filter_map(|(_, item)| item.as_array_of_tables()?.iter().filter_map(Table::position).min());
@@ -274,6 +275,17 @@ polygon = [[5, 0], [9, 0], [9, 4]]
         for kept in ["# where we live", "# how we named rooms", "# that is all"] {
             assert!(none.contains(kept), "{kept} is not in\n{none}");
         }
+    }
+
+    #[test]
+    fn comments_in_a_file_of_windows_are_kept_as_well() {
+        let windows = HOME.replace('\n', "\r\n");
+        let before = Site::parse("home", &windows).unwrap();
+        let mut less = before.clone();
+        less.zones.remove(0);
+        let text = rewritten(&windows, &before, &less).unwrap();
+        assert!(text.contains("# how we named rooms\n") && !text.contains("the first room"), "{text}");
+        assert!(text.contains("# the second room\n[[zone]]"), "{text}");
     }
 
     #[test]
