@@ -77,6 +77,10 @@ pub fn meet(one: &[[f64; 2]], other: &[[f64; 2]]) -> bool {
 fn drawn_in(polygon: &[Point]) -> Vec<Point> {
     let mut corners = polygon.to_vec();
     corners.dedup();
+    // Some programs write the first corner once more at the end.
+    while corners.len() > 1 && corners.first() == corners.last() {
+        corners.pop();
+    }
     let next = corners.iter().copied().cycle().skip(1);
     let doubled_m2: f64 = corners.iter().zip(next).map(|(a, b)| a.x * b.y - b.x * a.y).sum();
     let turn = doubled_m2.signum();
@@ -155,6 +159,8 @@ mod tests {
             turned.reverse();
             for other in [beside(x, y), turned] {
                 assert!(!meet(&zone, &other) && !meet(&other, &zone), "{other:?}");
+                let closed = [other.as_slice(), &other[..1]].concat();
+                assert!(!meet(&zone, &closed) && !meet(&closed, &zone), "{closed:?}");
             }
         }
         for [x, y] in [[0.0, 0.0], [0.0, 2.0], [2.0, 0.0], [3.99, 0.0], [-3.99, -3.99]] {

@@ -247,7 +247,12 @@ fn polygon(rim: &[Side], walls: &[(Point, Point)]) -> Vec<Point> {
     simple.extend(simplified(&ring[far..]));
     simple.pop();
     ring = simple.iter().map(|corner| on_wall(*corner, walls)).collect();
-    ring.dedup_by(|one, other| (*one - *other).length() < 0.02);
+    let is_same = |one: &Point, other: &Point| (*one - *other).length() < 0.02;
+    ring.dedup_by(|one, other| is_same(one, other));
+    // Around a ring the first comes after the last.
+    if ring.len() > 1 && ring.first().zip(ring.last()).is_some_and(|(first, last)| is_same(first, last)) {
+        ring.pop();
+    }
     if is_simple(&ring) { ring } else { simple }
 }
 
@@ -289,4 +294,23 @@ fn is_simple(ring: &[Point]) -> bool {
     let side = |index: usize| (ring[index], ring[(index + 1) % ring.len()]);
     ring.len() >= 3
         && (0..ring.len()).all(|one| (one + 1..ring.len()).all(|other| !cross(side(one), side(other))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_corners_of_a_rim_that_one_corner_of_walls_takes_are_one_also_at_its_end() {
+        let places = [[0.2, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.2]].map(Point::from);
+        let room = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]].map(Point::from);
+        let around = |corners: &[Point]| -> Vec<(Point, Point)> {
+            corners.iter().copied().zip(corners.iter().copied().cycle().skip(1)).collect()
+        };
+        let rim: Vec<Side> = around(&places)
+            .into_iter()
+            .map(|(from, to)| Side { from, to, is_wall: true, beyond: None })
+            .collect();
+        assert_eq!(polygon(&rim, &around(&room)), room);
+    }
 }
