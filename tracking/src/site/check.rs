@@ -2,7 +2,7 @@
 
 use super::door::{Door, OFF_ZONE_M};
 use super::part::{Kind, Part};
-use super::wrong::{Wrong, Wrongs};
+use super::wrong::{Wrong, Wrongs, number};
 use super::{Site, Zone, floor, limits, line, reader, shape};
 use crate::slug::slug;
 
@@ -44,12 +44,12 @@ impl Site {
         self.check_names(&mut said);
         for (index, module) in self.modules.iter().enumerate() {
             let numbers = [module.x, module.y, module.yaw_deg, module.height_m];
-            if numbers.iter().any(|number| !number.is_finite()) {
+            if numbers.iter().any(|value| !value.is_finite()) {
                 said.part(index, module, None, "x, y, yaw_deg and height_m must be numbers");
                 continue;
             }
             if !HEIGHT_M.contains(&module.height_m) {
-                let (low, high, is) = (HEIGHT_M.start(), HEIGHT_M.end(), module.height_m);
+                let (low, high, is) = (HEIGHT_M.start(), HEIGHT_M.end(), number(module.height_m));
                 let what = format!("height_m: must be from {low} to {high}, is {is}");
                 said.part(index, module, "height_m", &what);
             }
@@ -70,7 +70,7 @@ impl Site {
             check_area(index, zone, &zone.polygon, &mut said);
             if let Some(hold_s) = zone.hold_s.filter(|hold_s| !HOLD_S.contains(hold_s)) {
                 let (low, high) = (HOLD_S.start(), HOLD_S.end());
-                let what = format!("hold_s: must be from {low} to {high}, is {hold_s}");
+                let what = format!("hold_s: must be from {low} to {high}, is {}", number(hold_s));
                 said.part(index, zone, "hold_s", &what);
             }
         }
@@ -180,7 +180,8 @@ fn breaks_a_line(character: char) -> bool {
 
 fn check_turn<P: Part>(index: usize, part: &P, yaw_deg: f64, said: &mut Wrongs) {
     if yaw_deg.is_finite() && yaw_deg.abs() > TURN_DEG {
-        let what = format!("yaw_deg: must be from -{TURN_DEG} to {TURN_DEG}, is {yaw_deg}");
+        let is = number(yaw_deg);
+        let what = format!("yaw_deg: must be from -{TURN_DEG} to {TURN_DEG}, is {is}");
         said.part(index, part, "yaw_deg", &what);
     }
 }
@@ -206,12 +207,13 @@ fn check_door(door: &Door, zones: &[Zone]) -> Result<(), (&'static str, String)>
     };
     let (from, to) = door.ends();
     let length_m = (to - from).length();
-    if !(0.3..=20.0).contains(&length_m) {
+    // Of what is no place that alone is said.
+    let is_place = limits::no_place(&door.line).is_none();
+    if is_place && !(0.3..=20.0).contains(&length_m) {
         return Err(("line", format!("line: must be 0.3 to 20 m long, is {length_m:.2} m")));
     }
     let far_m = zone.apart_m((from, to));
-    // Of what is no place that alone is said.
-    if limits::no_place(&door.line).is_none() && far_m.is_finite() && far_m > OFF_ZONE_M {
+    if is_place && far_m.is_finite() && far_m > OFF_ZONE_M {
         let what = format!(
             "line: is {far_m:.1} m from zone \"{}\": it must be in its edge, at most {OFF_ZONE_M} m off",
             door.zone
@@ -237,7 +239,7 @@ fn check_door(door: &Door, zones: &[Zone]) -> Result<(), (&'static str, String)>
         ("exit_s", door.exit_s, 1.0, 120.0),
     ] {
         if !(low..=high).contains(&seconds) {
-            return Err((key, format!("{key}: must be from {low} to {high}, is {seconds}")));
+            return Err((key, format!("{key}: must be from {low} to {high}, is {}", number(seconds))));
         }
     }
     Ok(())

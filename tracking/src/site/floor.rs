@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Site;
 use super::limits::FARTHEST_M;
-use super::wrong::Wrongs;
+use super::wrong::{Wrongs, number};
 use crate::geometry::{Point, Pose};
 
 /// Side of a panel, m: smaller ones tell nothing more of a foot; in one of half a metre two people stand.
@@ -72,8 +72,10 @@ impl Floor {
             return Some((None, format!("columns and rows: 1 to {most} panels in all, not {panels}")));
         }
         let (low, high) = (PITCH_M.start(), PITCH_M.end());
-        (!PITCH_M.contains(&self.pitch_m))
-            .then(|| (Some("pitch_m"), format!("pitch_m: must be from {low} to {high}, is {}", self.pitch_m)))
+        (!PITCH_M.contains(&self.pitch_m)).then(|| {
+            let is = number(self.pitch_m);
+            (Some("pitch_m"), format!("pitch_m: must be from {low} to {high}, is {is}"))
+        })
     }
 }
 

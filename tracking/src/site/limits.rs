@@ -6,7 +6,7 @@ use crate::geometry::{Point, bounds};
 use crate::site::Site;
 use crate::site::part::Part;
 use crate::site::reader::Reads;
-use crate::site::wrong::Wrongs;
+use crate::site::wrong::{Wrongs, number};
 
 /// Farthest place from the origin along each axis, m.
 pub(crate) const FARTHEST_M: f64 = 10_000.0;
@@ -92,6 +92,7 @@ fn check_places<P: Part>(parts: &[P], said: &mut Wrongs) {
 /// What is said of the first number that is no place, if there is one.
 pub(super) fn no_place(places: &[[f64; 2]]) -> Option<String> {
     let metres = places.iter().flatten().find(|metres| metres.is_nan() || metres.abs() > FARTHEST_M)?;
+    let metres = number(*metres);
     Some(format!("{metres} is no place: metres, at most {FARTHEST_M} from the origin"))
 }
 
@@ -158,6 +159,10 @@ mod tests {
             [[door]]\nname = \"front\"\nzone = \"a\"\nfail = \"safe\"\nline = [[0, 0], [1, 0]]\n";
         let far = door.replace("line = [[0, 0], [1, 0]]", "line = [[20000, 0], [20001, 0]]");
         assert!(said(&far).starts_with("door \"front\": 20000 is no place"), "{}", said(&far));
+        let line = door.replace("line = [[0, 0]", "line = [[nan, 0]");
+        assert!(said(&line).starts_with("door \"front\": NaN is no place"), "{}", said(&line));
+        let line = door.replace("line = [[0, 0]", "line = [[-1e300, 0]");
+        assert!(said(&line).starts_with("door \"front\": -1e300 is no place"), "{}", said(&line));
         let far = format!("{door}reader = [0, 1e9]\n");
         assert!(said(&far).starts_with("door \"front\": reader: 1000000000 is no place"), "{}", said(&far));
         let large = "[[zone]]\nname = \"park\"\npolygon = [[0, 0], [1000, 0], [1000, 1000]]";

@@ -24,7 +24,7 @@ use nalgebra::Matrix3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::wrong::Wrongs;
+use super::wrong::{Wrongs, number};
 use crate::geometry::Point;
 
 /// Spread of a place that a camera found, unless its reader says otherwise, m: half a body's width. Calibration on the
@@ -158,7 +158,8 @@ pub(super) fn check(readers: &[Reader], said: &mut Wrongs) {
             Reads::Pixels { sigma_m, .. } => ("sigma_m", sigma_m),
         };
         if !(*metres > 0.0 && *metres <= REACH_MAX_M) {
-            let what = format!("{key}: must be above 0 and at most {REACH_MAX_M}, is {metres}");
+            let is = number(*metres);
+            let what = format!("{key}: must be above 0 and at most {REACH_MAX_M}, is {is}");
             said.part(index, reader, key, &what);
         }
     }

@@ -40,3 +40,23 @@ impl Wrongs {
         self.0.push(Wrong { kind, index, key: key.into(), text });
     }
 }
+
+/// A number as a sentence has it: one with hundreds of digits has its power of ten instead.
+pub(super) fn number(value: f64) -> String {
+    if value != 0.0 && value.is_finite() && !(1e-6..1e16).contains(&value.abs()) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_short() {
+        let said = [0.0, -0.5, 1e9, 1e300, -1e-300, f64::NAN, f64::INFINITY].map(number);
+        assert_eq!(said, ["0", "-0.5", "1000000000", "1e300", "-1e-300", "NaN", "inf"]);
+    }
+}
