@@ -16,6 +16,8 @@ use std::path::{Path, PathBuf};
 
 use kehai::floor::sensfloor::{Frame, TRIANGLES};
 
+use super::LONGEST_US;
+
 /// A frame and when it came, µs.
 pub type StampedFrame = (u64, Frame);
 
@@ -44,9 +46,6 @@ enum Cause {
     TooLong,
     Empty,
 }
-
-/// Longest recording, µs: a week. What seems longer has stamps in another unit.
-const LONGEST_US: u64 = 7 * 24 * 3600 * 1_000_000;
 
 /// Largest stamp: whatever is added to it up to [`LONGEST_US`] is a number still.
 const STAMP_MAX: u64 = i64::MAX as u64;

@@ -70,9 +70,14 @@ pub enum Cause {
     },
     /// A stamp is smaller than the one before.
     TimeRunsBack,
+    /// A stamp is more than a week behind the first one.
+    TooLong,
     /// The file holds no scan.
     Empty,
 }
+
+/// Longest recording, µs: a week. What seems longer has stamps in another unit; whatever plays it adds its own time to them.
+const LONGEST_US: u64 = 7 * 24 * 3600 * 1_000_000;
 
 impl fmt::Display for RecordingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -94,6 +99,7 @@ impl fmt::Display for RecordingError {
                 write!(f, "{found} values where the geometry says {expected}")
             }
             Cause::TimeRunsBack => f.write_str("the stamp is smaller than the one before"),
+            Cause::TooLong => f.write_str("more than a week behind the first scan; is the stamp in µs?"),
             Cause::Empty => f.write_str("holds no scan"),
         }
     }
@@ -128,6 +134,9 @@ impl Recording {
                 let scan = read_scan(line, geometry).map_err(at)?;
                 if scans.last().is_some_and(|last| scan.stamp_us < last.stamp_us) {
                     return Err(at(Cause::TimeRunsBack));
+                }
+                if scans.first().is_some_and(|first| scan.stamp_us - first.stamp_us > LONGEST_US) {
+                    return Err(at(Cause::TooLong));
                 }
                 scans.push(scan);
             }
@@ -252,6 +261,12 @@ mod tests {
         assert_eq!(
             said(&format!("{HEAD}5,1,1,2\n4,1,1,1\n")),
             "walk.csv:4: the stamp is smaller than the one before"
+        );
+        let week = "604800000005,1,1,1\n";
+        assert!(read(&format!("{HEAD}5,1,1,2\n{week}")).is_ok());
+        assert_eq!(
+            said(&format!("{HEAD}4,1,1,2\n{week}")),
+            "walk.csv:4: more than a week behind the first scan; is the stamp in µs?"
         );
         assert_eq!(said(HEAD), "walk.csv: holds no scan");
         assert!(said("0,1,2,3\n").starts_with("walk.csv:1: no comment line"));
