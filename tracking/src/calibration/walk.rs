@@ -145,17 +145,19 @@ impl Walk {
                 }
             }
         }
-        let Some(scans) = self.scans.get_mut(module) else { return };
-        scans.insert(slot, scan);
-        if scans.len() > MOST {
-            scans.pop_first();
-        }
+        self.put(module, slot, scan);
     }
 
     /// A glimpse as if an observation had shown it: for tests and other sources.
     pub fn add(&mut self, glimpse: Glimpse) {
-        if let Some(scans) = self.scans.get_mut(glimpse.module) {
-            scans.insert((glimpse.at_s / SLOT_S).floor() as i64, Scan::One(glimpse));
+        self.put(glimpse.module, (glimpse.at_s / SLOT_S).floor() as i64, Scan::One(glimpse));
+    }
+
+    fn put(&mut self, module: usize, slot: i64, scan: Scan) {
+        let Some(scans) = self.scans.get_mut(module) else { return };
+        scans.insert(slot, scan);
+        if scans.len() > MOST {
+            scans.pop_first();
         }
     }
 
@@ -316,5 +318,28 @@ impl Walk {
         let first = self.scans.iter().filter_map(|scans| scans.keys().next()).min();
         let last = self.scans.iter().filter_map(|scans| scans.keys().next_back()).max();
         first.zip(last).map_or(0.0, |(first, last)| (last - first) as f64 * SLOT_S)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_than_an_hour_is_kept_of_whatever_source() {
+        let mut walk = Walk::new(1);
+        for slot in 0..MOST + 10 {
+            walk.add(Glimpse {
+                module: 0,
+                by: By::Panels,
+                at_s: (slot as f64 + 0.5) * SLOT_S,
+                range_m: 1.0,
+                bearing_rad: 0.0,
+                radial_m: 0.1,
+                tangential_m: 0.1,
+            });
+        }
+        assert_eq!(walk.glimpses().len(), MOST);
+        assert_eq!(walk.newest(0, 0.0).map(|glimpse| glimpse.at_s), Some((MOST as f64 + 9.5) * SLOT_S));
     }
 }
