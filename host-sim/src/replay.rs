@@ -50,6 +50,9 @@ pub enum ReplayError {
         /// Those of the site.
         known: String,
     },
+    /// They are not of one clock.
+    #[error("the recordings are more than a week apart: their stamps must be of one clock, in µs")]
+    Apart,
     /// A module cannot have this name.
     #[error("\"{0}\" is too long for a module's name: 32 bytes at most")]
     LongName(String),

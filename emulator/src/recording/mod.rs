@@ -77,7 +77,7 @@ pub enum Cause {
 }
 
 /// Longest recording, µs: a week. What seems longer has stamps in another unit; whatever plays it adds its own time to them.
-const LONGEST_US: u64 = 7 * 24 * 3600 * 1_000_000;
+pub const LONGEST_US: u64 = 7 * 24 * 3600 * 1_000_000;
 
 impl fmt::Display for RecordingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

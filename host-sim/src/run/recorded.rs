@@ -29,7 +29,7 @@ use crate::replay::{Learn, ReplayError, sensor};
 use crate::world::site::Site;
 use kehai_emulator::chain::{Chain, ChainError};
 use kehai_emulator::pc::flash::Flash;
-use kehai_emulator::recording::{Recording, RecordingSource};
+use kehai_emulator::recording::{LONGEST_US, Recording, RecordingSource};
 use kehai_emulator::source::{RangeSource, Revolution, SensorGeometry, SourceScan};
 
 /// Time by which every sensor measures, µs.
@@ -145,6 +145,13 @@ impl Recorded {
                 return Err(ReplayError::NoModule { name: name.clone(), known: known.join(", ") });
             }
         }
+        // All of the time between the first and the last stamp is played.
+        let stamps_us =
+            recordings.iter().flat_map(|(_, recording)| &recording.scans).map(|scan| scan.stamp_us);
+        let ends_us = stamps_us.clone().min().zip(stamps_us.max());
+        if ends_us.is_some_and(|(first_us, last_us)| last_us - first_us > LONGEST_US) {
+            return Err(ReplayError::Apart);
+        }
         let prepare =
             |(name, recording)| flash(recording, learn).map(|flash| Part { name, recording, flash });
         let pairs = recordings.iter().map(|(name, recording)| (name.as_str(), recording));
@@ -229,4 +236,26 @@ fn flash(recording: &Recording, learn: Learn) -> Result<Flash, ReplayError> {
 
 fn is_report(datagram: &[u8]) -> bool {
     matches!(Message::decode(datagram), Ok((_, Message::Report(_))))
+}
+
+#[cfg(test)]
+mod tests {
+    use kehai::scan::URG_04LX;
+    use kehai_emulator::recording::RecordedScan;
+
+    use super::*;
+
+    #[test]
+    fn recordings_of_two_clocks_are_refused_before_all_the_time_between_is_played() {
+        let site: Site =
+            toml::from_str("module = [{ name = 'left', x = 0, y = 0 }, { name = 'right', x = 1, y = 0 }]")
+                .unwrap();
+        let recorded = |name: &str, stamp_us| {
+            let scans = vec![RecordedScan { stamp_us, ranges_mm: vec![3000; 682] }];
+            (name.to_owned(), Recording { geometry: URG_04LX, scans })
+        };
+        let both = [recorded("left", 0), recorded("right", 1_700_000_000_000_000)];
+        let refused = Recorded::play(&site, &both, Learn::All, || ());
+        assert!(matches!(refused, Err(ReplayError::Apart)), "{:?}", refused.err());
+    }
 }
