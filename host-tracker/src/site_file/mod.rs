@@ -245,7 +245,7 @@ impl SiteFile {
         self.write(|kept| Ok(with_poses(&kept.site, poses)), changed)
     }
 
-    /// Gives a module another name, and passes the site on.
+    /// Gives a module or a floor another name, and passes the site on.
     ///
     /// # Errors
     /// As [`save`](Self::save).
@@ -257,10 +257,9 @@ impl SiteFile {
     ) -> Result<u64, SaveError> {
         let renamed = |kept: &Kept| {
             let mut site = (*kept.site).clone();
-            site.modules
-                .iter_mut()
-                .filter(|module| module.name == name)
-                .for_each(|module| module.name = to.into());
+            let modules = site.modules.iter_mut().map(|module| &mut module.name);
+            let names = modules.chain(site.floors.iter_mut().map(|floor| &mut floor.name));
+            names.filter(|known| **known == name).for_each(|known| *known = to.into());
             Ok(site)
         };
         self.write(renamed, changed)

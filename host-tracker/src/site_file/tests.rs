@@ -105,6 +105,20 @@ fn poses_are_saved_with_every_comment_in_its_place() {
 }
 
 #[test]
+fn a_floor_gets_another_name_as_a_module_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("home.toml");
+    let floor = "[[floor]] # the mat\nname = \"mat\"\nx = 1.0\ny = 2.0\ncolumns = 24\nrows = 20\n";
+    let text = format!("[[module]]\nname = \"hall\"\nx = 0.0\ny = 0.0\n\n{floor}");
+    fs::write(&path, &text).unwrap();
+    let file = SiteFile::load(&path).unwrap();
+    file.rename_module("mat", "rug", |_| Ok(())).unwrap();
+    file.rename_module("hall", "stairs", |_| Ok(())).unwrap();
+    let saved = fs::read_to_string(&path).unwrap();
+    assert_eq!(saved, text.replace("\"mat\"", "\"rug\"").replace("hall", "stairs"));
+}
+
+#[test]
 fn the_pose_of_a_floor_is_saved_in_its_own_table() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("home.toml");

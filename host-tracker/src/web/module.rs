@@ -254,7 +254,7 @@ async fn rename_in_both(shared: &Arc<Shared>, who: &Who, name: &str, to: String)
         let (file, changed) = (&shared.context.site, &*shared.context.changed);
         // Of the file, now: another rename may just have been written, and not be in use yet.
         let renamed = look(&shared, &who).and_then(|()| {
-            let is_there = file.current().site.modules.iter().any(|module| module.name == name);
+            let is_there = file.current().site.places().any(|(_, known)| known == name);
             let renamed = is_there.then(|| file.rename_module(&name, &to, changed)).transpose();
             renamed.map_err(|error| (save_status(&error), error.to_string()))
         });
