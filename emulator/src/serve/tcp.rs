@@ -65,9 +65,10 @@ fn accept(listener: &TcpListener, client: &mut Option<Client>, sensor: &Urg) -> 
     }
     match listener.accept() {
         Ok((stream, _)) if client.is_none() => {
-            stream.set_nonblocking(true)?;
-            stream.set_nodelay(true)?;
-            *client = Some(Client { stream, unsent: Vec::new() });
+            // One that has gone again by now takes no settings on some systems.
+            if stream.set_nonblocking(true).and_then(|()| stream.set_nodelay(true)).is_ok() {
+                *client = Some(Client { stream, unsent: Vec::new() });
+            }
             Ok(())
         }
         Ok(_) => Ok(()),
