@@ -33,9 +33,13 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// The radius within which it is with 95 %, m, and the same for its direction, rad.
+    /// The radius within which it is with 95 %, m, and the same for its direction, rad; without end if its covariance is no numbers.
     #[must_use]
     pub fn bounds(&self) -> (f64, f64) {
+        // The greater of 0 and what is no number is 0: the place would be said to be exact.
+        if self.covariance.iter().any(|value| !value.is_finite()) {
+            return (f64::INFINITY, f64::INFINITY);
+        }
         let (xx, xy, yy) = (self.covariance[(0, 0)], self.covariance[(0, 1)], self.covariance[(1, 1)]);
         let (middle, half) = (0.5 * (xx + yy), (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt());
         (radius_95(middle + half, middle - half), SIGMAS_95 * self.covariance[(2, 2)].max(0.0).sqrt())
@@ -139,4 +143,18 @@ pub enum Refusal {
     /// Since the walk began, the site has got other modules or floors or another order of them, or has a module the other way up or
     /// the one that is held at another place.
     SiteChanged,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    #[test]
+    fn what_is_no_number_is_not_exact() {
+        let mut placed = Calibration::of_one(Pose { at: Point::default(), yaw_rad: 0.0 }).modules.remove(0);
+        assert_eq!(placed.bounds(), (0.0, 0.0));
+        placed.covariance[(0, 0)] = f64::NAN;
+        assert_eq!(placed.bounds(), (f64::INFINITY, f64::INFINITY));
+    }
 }

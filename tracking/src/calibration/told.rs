@@ -8,6 +8,7 @@ use super::advice::Advice;
 use super::names::Names;
 use super::{Calibration, ENOUGH_S, Refusal, median};
 use crate::geometry::Point;
+use crate::site::FARTHEST_M;
 
 /// Length of a step at an ordinary pace, m.
 const STEP_M: f64 = 0.7;
@@ -247,7 +248,9 @@ impl ToldRefusal {
                 Self::Contradiction { one, other, share }
             }
             Refusal::Vague { module, within_m, within_rad } => {
-                Self::Vague { module: name(module), within_m, within_deg: within_rad.to_degrees() }
+                // JSON has no infinity.
+                let (within_m, within_deg) = (within_m.min(FARTHEST_M), within_rad.to_degrees().min(180.0));
+                Self::Vague { module: name(module), within_m, within_deg }
             }
             Refusal::Unsolved => Self::Unsolved,
             Refusal::SiteChanged => Self::SiteChanged,
