@@ -63,7 +63,8 @@ function placed({ name, x, y, yaw_deg, within_m, within_deg, clock_within_ms }) 
 }
 
 export class Calibration {
-  /** `on.form` with an element for the panel or null, `on.close(saved, said)` when it is over, with what is to be said, if anything. */
+  /** `on.form` with an element for the panel or null, `on.close(saved, said)` when it is over, with what is to be said, if anything,
+   * `on.failed` with why the tracker may not have stopped. */
   constructor(layer, on) {
     Object.assign(this, { layer, on, open: false, text: "" });
     this.advice = html("p", { className: "walk-advice", id: "calibrate-advice", role: "status" });
@@ -71,12 +72,12 @@ export class Calibration {
     this.bar = html("div", { className: "meter" }, html("i"));
     this.pairs = html("ul", { className: "walk-pairs", id: "calibrate-pairs" });
     this.result = html("div", { id: "calibrate-result" });
-    const button = (id, text, wish) =>
-      html("button", { id, type: "button", className: "button", onclick: () => this.wish(wish) }, text);
+    const button = (id, text, wish, onclick = () => this.wish(wish)) =>
+      html("button", { id, type: "button", className: "button", onclick }, text);
     this.finish = button("calibrate-finish", say("walk.finish"), WISH.FINISH);
     this.again = button("calibrate-again", say("walk.again"), WISH.GO_ON);
     this.accept = button("calibrate-accept", say("walk.accept"), WISH.ACCEPT);
-    this.stop = button("calibrate-stop", say("walk.stop"), WISH.STOP);
+    this.stop = button("calibrate-stop", say("walk.stop"), WISH.STOP, () => this.leave());
     this.form = html(
       "section",
       { className: "detail walk", id: "calibrate" },
@@ -94,29 +95,50 @@ export class Calibration {
 
   start() {
     Object.assign(this, { open: true, begun: false, text: "" });
+    // What the walk before has found is not this one's to accept.
+    this.advice.textContent = this.sees.textContent = "";
+    this.result.replaceChildren();
+    this.pairs.replaceChildren();
+    this.finish.hidden = false;
+    this.again.hidden = this.accept.hidden = true;
     this.on.form(this.form);
-    this.wish(WISH.BEGIN);
     this.timer = setInterval(() => this.look(), LOOK_MS);
+    this.wish(WISH.BEGIN);
   }
 
-  async wish(what) {
-    const { begun } = this;
+  wish(what) {
+    const asked = () => send("POST", "/api/calibration", { do: what });
+    // The tracker may not have heard yet that the walk before was left.
+    return this.asks(this.leaving ? this.leaving.then(asked) : asked(), what === WISH.ACCEPT);
+  }
+
+  look() {
+    return this.asks(ask("/api/calibration"), false);
+  }
+
+  /** Shows an answer; `ends`: with it the walk is over. One that comes after this view was left says nothing of the next. */
+  async asks(asked, ends) {
+    const { begun, timer } = this;
     try {
-      const answer = await send("POST", "/api/calibration", { do: what });
-      if (what === WISH.ACCEPT || what === WISH.STOP) this.close(what === WISH.ACCEPT);
+      const answer = await asked;
+      if (timer !== this.timer) return;
+      if (ends) this.close(true);
       else this.show(answer, begun);
     } catch (error) {
-      this.fail(error);
+      if (timer === this.timer) this.fail(error);
     }
   }
 
-  async look() {
-    const { begun } = this;
-    try {
-      this.show(await ask("/api/calibration"), begun);
-    } catch (error) {
-      this.fail(error);
-    }
+  /** Leaves the view at once, also while the tracker is silent: nothing of a walk is kept before it is accepted. */
+  leave() {
+    this.close(false);
+    const leaving = send("POST", "/api/calibration", { do: WISH.STOP })
+      .catch((error) => this.on.failed(error))
+      .finally(() => {
+        if (this.leaving === leaving) this.leaving = null;
+      });
+    this.leaving = leaving;
+    return leaving;
   }
 
   /** The error takes the place of the advice until the next status, the same one, too. */
@@ -129,7 +151,7 @@ export class Calibration {
     // It has ended elsewhere before the answer came: the map and the panel are another's.
     if (!this.open) return;
     clearInterval(this.timer);
-    this.open = false;
+    Object.assign(this, { open: false, timer: 0 });
     this.layer.replaceChildren();
     this.on.form(null);
     this.on.close(saved, said);

@@ -58,3 +58,34 @@ Deno.test("a walk that has closed does not close what was opened after it", () =
   one.close(true);
   equal(one.closed, [null, [false, "ended"]]);
 });
+
+Deno.test("a walk is left at once while the tracker is silent, and it is told when it did not hear of it", async () => {
+  const one = walk(), { fetch } = globalThis, told = [];
+  one.on = { failed: (error) => told.push(error.message) };
+  let refuse = null;
+  globalThis.fetch = () => new Promise((_, no) => refuse = no);
+  try {
+    const left = one.leave();
+    equal([one.closed, told], [[[false]], []]);
+    refuse(new TypeError());
+    await left;
+  } finally {
+    globalThis.fetch = fetch;
+  }
+  equal(told, [say("net.change-not-known")]);
+});
+
+Deno.test("an answer that comes when the next walk has begun does not end that one", async () => {
+  const one = Object.assign(walk(), { begun: true, timer: 1 }), { fetch } = globalThis;
+  let give = null;
+  globalThis.fetch = () => new Promise((yes) => give = yes);
+  try {
+    const asked = one.look();
+    one.timer = 2;
+    give(Response.json(none));
+    await asked;
+  } finally {
+    globalThis.fetch = fetch;
+  }
+  equal(one.closed, []);
+});

@@ -106,6 +106,7 @@ const calibration = new Calibration(drawing.layers.walk, {
     if (said) tellDone(said);
     if (saved) loadSite().then(planned);
   },
+  failed: (error) => tellDone(error.message),
 });
 
 const survey = new Survey(drawing.layers.survey, {
