@@ -59,7 +59,7 @@ Deno.test("a walk that has closed does not close what was opened after it", () =
   equal(one.closed, [null, [false, "ended"]]);
 });
 
-Deno.test("a walk is left at once while the tracker is silent, and it is told when it did not hear of it", async () => {
+Deno.test("a walk is left at once while the tracker is silent, which is told afterwards", async () => {
   const one = walk(), { fetch } = globalThis, told = [];
   one.on = { failed: (error) => told.push(error.message) };
   let refuse = null;

@@ -13,25 +13,39 @@ function write(file, text) {
 
 export class Draft {
   constructor() {
-    this.timer = 0;
+    Object.assign(this, { timer: 0, waits: null });
   }
 
   /** Keeps a drawing with the site it was made from. */
   keep({ file, revision, base, site }) {
-    clearTimeout(this.timer);
+    this.drop();
     const text = JSON.stringify({ revision, base, site, at_ms: Date.now() });
-    this.timer = setTimeout(() => write(file, text), AFTER_MS);
+    this.waits = () => write(file, text);
+    this.timer = setTimeout(() => this.now(), AFTER_MS);
+  }
+
+  /** Writes at once what waits: a moment later the page may not be there. */
+  now() {
+    const { waits } = this;
+    this.drop();
+    waits?.();
+  }
+
+  /** Nothing waits to be written any more. */
+  drop() {
+    clearTimeout(this.timer);
+    this.waits = null;
   }
 
   /** Keeps again what was found, with which nothing was done yet. */
   restore(file, left) {
-    clearTimeout(this.timer);
+    this.drop();
     write(file, JSON.stringify(left));
   }
 
   /** Saved, or thrown away. */
   forget(file) {
-    clearTimeout(this.timer);
+    this.drop();
     try {
       localStorage.removeItem(key(file));
     } catch {

@@ -92,6 +92,15 @@ export class Editor extends Together {
     return JSON.stringify(this.site) !== this.saved;
   }
 
+  /** The page is being hidden or left, perhaps for good: what is being typed is taken in, and the drawing kept at once. */
+  leave() {
+    if (!this.open) return;
+    takeTyped();
+    if (!this.changed()) return;
+    this.kept.keep(this);
+    this.kept.now();
+  }
+
   /** Keeps the site for undo; call it before a change. */
   note() {
     this.done.push(JSON.stringify(this.site));

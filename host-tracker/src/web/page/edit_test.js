@@ -126,6 +126,22 @@ Deno.test("what is being typed is taken in before another part is chosen", async
   equal([told, one.chosen.index], [[chosen], 1]);
 });
 
+Deno.test("what is being typed when the page is hidden is taken in and kept at once", async () => {
+  const one = editor(site()), stored = new Map();
+  const before = Object.getOwnPropertyDescriptor(globalThis, "localStorage");
+  const value = { setItem: (key, text) => stored.set(key, text), getItem: (key) => stored.get(key) ?? null };
+  Object.defineProperty(globalThis, "localStorage", { value, configurable: true });
+  one.kept = new Draft();
+  try {
+    await typing(() => {}, () => one.leave());
+    equal(one.kept.found(one.file), null);
+    await typing(() => one.site = site("typed"), () => one.leave());
+    equal(one.kept.found(one.file)?.site, site("typed"));
+  } finally {
+    Object.defineProperty(globalThis, "localStorage", before);
+  }
+});
+
 Deno.test("what others save does not take the field away in which is being typed", async () => {
   const one = Object.assign(editor(site()), { tool: "select", takeIn: () => one.log.push("taken in") });
   await typing(() => {}, () => one.told(2));

@@ -319,8 +319,14 @@ globalThis.addEventListener("keydown", (event) => {
   else panel.why.open(null);
 });
 globalThis.addEventListener("hashchange", jump);
+/** What is typed and not yet taken in would be lost with the page, which may be closed without another word. */
+function leave() {
+  editor.leave();
+  picture.leave();
+}
 // A hidden page gets no frames.
-document.addEventListener("visibilitychange", () => document.hidden || loadHistory());
+document.addEventListener("visibilitychange", () => document.hidden ? leave() : loadHistory());
 globalThis.addEventListener("beforeunload", (event) => {
+  leave();
   if (editor.open && editor.changed()) event.preventDefault();
 });

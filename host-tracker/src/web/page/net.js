@@ -145,9 +145,10 @@ let sent = 0;
 /** The stamp of a message to a door: each opening of a page counts for itself, and is in the way of no other device's numbers. */
 export const stamp = (at_ms) => ({ id: ++sent, boot, at_ms });
 
-/** The answer to a body of JSON. */
-export const send = (method, path, body, headers = {}) =>
+/** The answer to a body of JSON; `more` of the options of `fetch`. */
+export const send = (method, path, body, headers = {}, more = {}) =>
   ask(path, {
+    ...more,
     method,
     headers: { "Content-Type": "application/json", ...headers },
     body: JSON.stringify(body),

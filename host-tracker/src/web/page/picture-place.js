@@ -54,3 +54,15 @@ export function begun([width, height], [left, low, right, high]) {
     height,
   };
 }
+
+/** The numbers by which a picture is laid: which each is `of` a place, and what another one would `change` of it; null where no picture
+ * lies so. */
+export const NUMBERS = {
+  x: { of: ({ x }) => x, change: (x) => ({ x }) },
+  y: { of: ({ y }) => y, change: (y) => ({ y }) },
+  turn: { of: ({ turn_deg }) => turn_deg, change: (turn_deg) => ({ turn_deg }) },
+  wide: {
+    of: ({ m_per_px, width }) => m_per_px * width,
+    change: (metres, { width }) => metres > 0 ? { m_per_px: metres / width } : null,
+  },
+};

@@ -1,6 +1,6 @@
 // Where the picture lies: `deno test`.
 
-import { begun, laid, scaled, toPixel, toSite } from "./picture-place.js";
+import { begun, laid, NUMBERS, scaled, toPixel, toSite } from "./picture-place.js";
 
 function near(found, expected) {
   const fine = found.length === expected.length &&
@@ -40,4 +40,12 @@ Deno.test("a new picture lies in the midst of the map", () => {
   const found = begun([200, 100], [0, 0, 8, 8]);
   near(toSite(found, [100, 50]), [4, 4]);
   near([found.m_per_px * 200], [6]);
+});
+
+Deno.test("a number changes what it is of, and no picture is without width", () => {
+  for (const [key, value] of [["x", -1], ["y", 0], ["turn", 30], ["wide", 8]]) {
+    const { of, change } = NUMBERS[key];
+    near([of({ ...PLACE, ...change(value, PLACE) })], [value]);
+  }
+  for (const none of [0, -4]) if (NUMBERS.wide.change(none, PLACE)) throw new Error(`${none} m wide`);
 });

@@ -1,12 +1,15 @@
 // The picture under the map, a floor plan: uploaded, scaled by two points, put on two places of the map, or by numbers.
 
 import { ask, send } from "./net.js";
-import { begun, laid, scaled, toPixel, toSite } from "./picture-place.js";
+import { begun, laid, NUMBERS, scaled, toPixel, toSite } from "./picture-place.js";
 import { html, svg } from "./shapes.js";
 import { say, tell } from "./words.js";
 
 const CLICK_PX = 5; // what moves farther was a drag
 const TYPES = { png: "image/png", svg: "image/svg+xml" };
+
+/** A number as its field has it, to a thousandth. */
+const inField = (number) => String(Math.round(number * 1000) / 1000);
 
 /** What is clicked for: two points of the picture, then perhaps two places of the map. */
 const HINTS = ["picture.hint-0", "picture.hint-1", "picture.hint-2", "picture.hint-3"];
@@ -33,6 +36,8 @@ export class Picture {
       type: "number",
       min: 0.01,
       step: "any",
+      // Without a number nothing can be scaled.
+      required: true,
       "aria-label": say("picture.metres"),
     });
     this.scaling = html(
@@ -45,29 +50,24 @@ export class Picture {
       event.preventDefault();
       this.lay(scaled(this.place, this.points, Number(this.metres.value)));
     };
-    const number = (key, label, to, from) => {
+    this.numbers = [];
+    const number = (key, label) => {
       const input = html("input", {
         id: `picture-${key}`,
         type: "number",
         step: "any",
-        onchange: () => this.lay({ ...this.place, ...from(Number(input.value)) }, true),
+        onchange: () => this.take(input, NUMBERS[key]),
       });
-      this.numbers.push([input, to]);
+      this.numbers.push([input, NUMBERS[key].of]);
       return html("label", {}, label, input);
     };
-    this.numbers = [];
     this.fields = html(
       "div",
       { className: "form picture-numbers" },
-      number("x", say("picture.x"), ({ x }) => x, (x) => ({ x })),
-      number("y", say("picture.y"), ({ y }) => y, (y) => ({ y })),
-      number("turn", say("picture.turn"), ({ turn_deg }) => turn_deg, (turn_deg) => ({ turn_deg })),
-      number(
-        "wide",
-        say("picture.wide"),
-        ({ m_per_px, width }) => m_per_px * width,
-        (metres) => ({ m_per_px: metres / this.place.width }),
-      ),
+      number("x", say("picture.x")),
+      number("y", say("picture.y")),
+      number("turn", say("picture.turn")),
+      number("wide", say("picture.wide")),
     );
     this.remove = button("picture-remove", say("picture.remove"), () => this.drop());
     this.form = html(
@@ -94,6 +94,24 @@ export class Picture {
       const far = pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]);
       if (this.open && this.place && far !== null && far < CLICK_PX) this.click(view.place(event));
     });
+  }
+
+  /** Takes in a number that was typed. */
+  take(input, { of, change }) {
+    const number = input.valueAsNumber;
+    // One that is emptied keeps its value.
+    if (!Number.isFinite(number)) return input.value = inField(of(this.place));
+    const changed = change(number, this.place);
+    return changed
+      ? this.lay({ ...this.place, ...changed }, true)
+      : this.fail(new Error(say("picture.narrow")));
+  }
+
+  /** The page is being hidden or left, perhaps for good: a number that is being typed is taken in; its field keeps the focus. */
+  leave() {
+    const [field] = this.open ? this.numbers.find(([input]) => input === document.activeElement) ?? [] : [];
+    field?.blur();
+    field?.focus({ preventScroll: true });
   }
 
   /** Shows the picture that is kept, if there is one. */
@@ -165,7 +183,8 @@ export class Picture {
   }
 
   async keep(place) {
-    await send("PUT", "/api/picture/place", place);
+    // A page that is left while this is under way has sent it all the same.
+    await send("PUT", "/api/picture/place", place, {}, { keepalive: true });
     this.place = place;
   }
 
@@ -221,7 +240,7 @@ export class Picture {
     this.remove.hidden = !this.there;
     for (const [input, value] of this.numbers) {
       if (place && document.activeElement !== input) {
-        input.value = String(Math.round(value(place) * 1000) / 1000);
+        input.value = inField(value(place));
       }
     }
   }

@@ -535,6 +535,7 @@ export default {
   "picture.hint-2": "Ihren Abstand angeben oder anklicken, wo der erste auf der Karte liegt.",
   "picture.hint-3": "Anklicken, wo der zweite auf der Karte liegt.",
   "picture.same": "Das ist ein und derselbe Punkt: zwei weit voneinander entfernte wählen.",
+  "picture.narrow": "Das Bild muss breiter als 0 m sein.",
   "picture.broken": "Es kann nicht angezeigt werden.",
   "picture.none": "Es gibt noch keinen.",
   "kind.zone": "Zone",

@@ -535,6 +535,7 @@ export default {
   "picture.hint-2": "Say how far they are from each other, or click where the first one is on the map.",
   "picture.hint-3": "Click where the second one is on the map.",
   "picture.same": "These are one point: choose two that are far from each other.",
+  "picture.narrow": "The picture must be wider than 0 m.",
   "picture.broken": "It cannot be shown.",
   "picture.none": "There is none yet.",
   "kind.zone": "Zone",

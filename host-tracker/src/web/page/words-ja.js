@@ -515,6 +515,7 @@ export default {
   "picture.hint-2": "2点間の距離を入力するか、1点目のマップ上の位置をクリックしてください。",
   "picture.hint-3": "2点目のマップ上の位置をクリックしてください。",
   "picture.same": "同じ点です。離れた2点を選んでください。",
+  "picture.narrow": "図面の幅は0 mより大きくしてください。",
   "picture.broken": "表示できません。",
   "picture.none": "まだありません。",
   "kind.zone": "ゾーン",
