@@ -48,7 +48,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         };
         std::fs::metadata(file).map_err(missing)?;
     }
-    let places = place.places();
+    let places = place.places()?;
+    if let Some(file) = &places.keys {
+        let missing = |error| format!("{}: {error}; the keys of modules are to be there", file.display());
+        std::fs::metadata(file).map_err(missing)?;
+    }
     if backup::finish(&places.site)? {
         tracing::warn!("a restoration that was interrupted is finished");
     }

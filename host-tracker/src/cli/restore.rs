@@ -37,7 +37,7 @@ pub struct Arguments {
 /// One line; nothing has changed then.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Arguments { archive, place, force } = arguments;
-    let places = place.places();
+    let places = place.places()?;
     let restored = backup::restore(archive, &places, *force)?;
     let made = i64::try_from(restored.made_ms).ok().and_then(|ms| Timestamp::from_millisecond(ms).ok());
     let (made, program) = (made.unwrap_or_default(), restored.program);

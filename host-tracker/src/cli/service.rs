@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use host_tracker::backup::Places;
 
+use super::failure::Failure;
+
 /// The site of the service.
 pub(super) const SITE: &str = "/etc/kehai/site.toml";
 
@@ -51,13 +53,43 @@ impl Place {
         self.db.as_deref()
     }
 
-    /// Where everything is.
-    pub(super) fn places(&self) -> Places {
-        let usual =
-            if self.site == Path::new(SITE) { DATABASE.into() } else { self.site.with_extension("db") };
-        let database = Some(self.db.clone().unwrap_or(usual));
-        Places { site: self.site.clone(), database, keys: self.keys.clone() }
+    /// Where everything is; the keys of the service where it is started with them.
+    ///
+    /// # Errors
+    /// The file of the service's options cannot be read.
+    pub(super) fn places(&self) -> Result<Places, Failure> {
+        self.places_with(Path::new(OPTIONS))
     }
+
+    fn places_with(&self, options: &Path) -> Result<Places, Failure> {
+        let is_service = self.site == Path::new(SITE);
+        let usual = if is_service { DATABASE.into() } else { self.site.with_extension("db") };
+        let database = Some(self.db.clone().unwrap_or(usual));
+        let keys = match &self.keys {
+            None if is_service => {
+                let file = options.display();
+                let unread =
+                    |error| format!("{file}: {error}: ask as root (sudo), or name the keys with --keys");
+                keys_in(&arguments(options).map_err(unread)?)
+            }
+            named => named.clone(),
+        };
+        Ok(Places { site: self.site.clone(), database, keys })
+    }
+}
+
+/// The file of keys that arguments of `run` name.
+fn keys_in(arguments: &[String]) -> Option<PathBuf> {
+    let mut words = arguments.iter().skip_while(|word| !is_option(word, "--keys"));
+    let word = words.next()?;
+    let file = word.strip_prefix("--keys=").or_else(|| words.next().map(String::as_str))?;
+    // The service is started there.
+    Some(Path::new("/").join(file))
+}
+
+/// Whether a word is this option, with a value in it or not.
+fn is_option(word: &str, option: &str) -> bool {
+    word.strip_prefix(option).is_some_and(|rest| rest.is_empty() || rest.starts_with('='))
 }
 
 /// The arguments of `run` with which the service is started.
@@ -89,7 +121,9 @@ fn from_options(text: &str) -> Vec<String> {
     let set = |name: &str| pairs.iter().rev().find(|(key, _)| *key == name).map(|(_, value)| value.as_str());
     arguments.extend(words(set("KEHAI_OPTIONS").unwrap_or(UNSET)));
     for (variable, option) in VARIABLES {
-        arguments.extend(set(variable).map(|value| format!("{option}={value}")));
+        // Where both are there, the option counts.
+        let is_given = arguments.iter().any(|word| is_option(word, option));
+        arguments.extend(set(variable).filter(|_| !is_given).map(|value| format!("{option}={value}")));
     }
     arguments
 }
@@ -111,11 +145,37 @@ mod tests {
         assert_eq!(of("OTHER=1\nKEHAI_OPTIONS="), [] as [&str; 0]);
         assert_eq!(of("KEHAI_OPTIONS=--insecure\nKEHAI_OPTIONS=--http=1\n"), ["--http=1"], "the last counts");
         assert_eq!(of("KEHAI_KEYS=/a.keys"), ["--http", "--keys=/a.keys"], "what the unit says stays");
+        assert_eq!(of("KEHAI_KEYS=/a.keys\nKEHAI_OPTIONS=--keys=/b.keys"), ["--keys=/b.keys"]);
         let packaged = include_str!("../../../packaging/debian/default");
         assert_eq!(of(packaged), ["--http"]);
         let unit = include_str!("../../../packaging/debian/kehai-tracker.service");
         let started = format!("{} $KEHAI_OPTIONS", from_options("KEHAI_OPTIONS=").join(" "));
         assert!(unit.contains(&started), "{started}");
         assert!(unit.contains(&format!("Environment=KEHAI_OPTIONS={UNSET}\n")));
+    }
+
+    #[test]
+    fn a_command_about_the_service_takes_the_keys_that_it_is_started_with() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = folder.path().join("default");
+        let place = |site: &str, keys: Option<&str>| Place {
+            site: site.into(),
+            db: None,
+            keys: keys.map(PathBuf::from),
+        };
+        let keys = |place: &Place| place.places_with(&options).unwrap().keys;
+        let service = place(SITE, None);
+        assert_eq!(keys(&service), None, "beside the site");
+        for text in
+            ["KEHAI_KEYS=/a.keys", "KEHAI_OPTIONS=\"--http --keys /a.keys\"", "KEHAI_OPTIONS=--keys=/a.keys"]
+        {
+            fs::write(&options, text).unwrap();
+            assert_eq!(keys(&service), Some("/a.keys".into()), "{text}");
+        }
+        assert_eq!(keys(&place(SITE, Some("/b.keys"))), Some("/b.keys".into()), "what is named counts");
+        assert_eq!(keys(&place("home.toml", None)), None, "of another site");
+        // It is there, and is no file.
+        let error = service.places_with(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("--keys"), "{error}");
     }
 }
