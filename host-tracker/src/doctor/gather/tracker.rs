@@ -37,18 +37,25 @@ pub(super) fn ask(map: &MapPlace, token: Option<&str>) -> (MapFact, Result<Devic
         version,
         own_version: env!("CARGO_PKG_VERSION"),
     };
-    let agent = match agent(PATIENCE, map.certificate.as_deref().filter(|file| file.exists())) {
-        Ok(agent) => agent,
-        Err(error) => {
-            let why = format!("its certificate: {error}");
-            return (fact(Health::NoAnswer(why.clone()), Err(why.clone())), Err(why));
-        }
+    // Asked in clear: a certificate that cannot be read here says nothing of the tracker.
+    let health = match agent(PATIENCE, None) {
+        Ok(agent) => health(&agent, address),
+        Err(error) => Health::NoAnswer(error.to_string()),
     };
-    let health = health(&agent, address);
     if health != Health::Goes {
         let why = "no tracker answers".to_owned();
         return (fact(health, Err(why.clone())), Err(why));
     }
+    let certificate = map.certificate.as_deref().filter(|file| file.exists());
+    let agent = match agent(PATIENCE, certificate) {
+        Ok(agent) => agent,
+        Err(error) => {
+            let file = certificate.unwrap_or(Path::new("its certificate")).display();
+            let why =
+                format!("{file}: {error}: see that this user may read it, and that it is a certificate");
+            return (fact(health, Err(why.clone())), Err(why));
+        }
+    };
     let scheme = if map.certificate.is_some() { "https" } else { "http" };
     let base = format!("{scheme}://{address}");
     let version = get::<Session>(&agent, &format!("{base}/api/session"), token)
@@ -109,5 +116,38 @@ fn reached_from_here(listen: SocketAddr) -> SocketAddr {
         SocketAddr::V4(v4) if v4.ip().is_unspecified() => (Ipv4Addr::LOCALHOST, v4.port()).into(),
         SocketAddr::V6(v6) if v6.ip().is_unspecified() => (Ipv6Addr::LOCALHOST, v6.port()).into(),
         other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Read, Write};
+    use std::net::TcpListener;
+
+    use super::*;
+
+    #[test]
+    fn a_tracker_whose_certificate_cannot_be_read_goes_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let certificate = folder.path().join("home.cert.pem");
+        std::fs::write(&certificate, "-----BEGIN CERTIFICATE-----\nMIIB\n").unwrap();
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let listen = listener.local_addr().unwrap();
+        let answers = std::thread::spawn(move || {
+            let (mut client, _) = listener.accept().unwrap();
+            let mut asked = [0; 1024];
+            let length = client.read(&mut asked).unwrap();
+            client
+                .write_all(b"HTTP/1.1 200 OK\r\nContent-Length: 3\r\nConnection: close\r\n\r\nok\n")
+                .unwrap();
+            asked[..length].starts_with(b"GET /healthz ")
+        });
+        let map = MapPlace { listen, certificate: Some(certificate), insecure: false, first_admin: false };
+        let (fact, devices) = ask(&map, None);
+        assert!(answers.join().unwrap());
+        assert_eq!(fact.health, Health::Goes);
+        for why in [fact.version.unwrap_err(), devices.unwrap_err()] {
+            assert!(why.contains("home.cert.pem: "), "{why}");
+        }
     }
 }
