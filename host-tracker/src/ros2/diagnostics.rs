@@ -55,6 +55,7 @@ fn module(module: &ModuleLine) -> DiagnosticStatus {
     let message = module.alarms.first().map_or_else(|| module.state.to_string(), |alarm| alarm.text.clone());
     let seconds = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:.1}"));
     let share = |value: Option<f64>| value.map_or("unknown".to_owned(), |value| format!("{value:.4}"));
+    let unknown_share = (module.state != DeviceState::Missing).then_some(module.unknown_share);
     DiagnosticStatus {
         level,
         name: format!("kehai_tracker: module {}", module.name),
@@ -64,7 +65,7 @@ fn module(module: &ModuleLine) -> DiagnosticStatus {
             value("state", module.state.to_string()),
             value("scans_hz", format!("{:.1}", module.scans_hz)),
             value("lost_share", share(module.lost_share)),
-            value("unknown_share", format!("{:.4}", module.unknown_share)),
+            value("unknown_share", share(unknown_share)),
             value("silent_s", seconds(module.silent_s)),
         ],
     }
@@ -106,6 +107,16 @@ mod tests {
             level(DeviceState::Missing, vec![alarm(AlarmKind::Silent)]),
             said(Level::Stale, "clean it")
         );
+    }
+
+    #[test]
+    fn how_much_a_module_sees_that_is_missing_is_unknown() {
+        let said = |state| {
+            let line = ModuleLine { state, unknown_share: 0.25, ..ModuleLine::default() };
+            let values = module(&line).values.into_iter();
+            values.filter(|one| one.key == "unknown_share").map(|one| one.value).collect::<Vec<_>>()
+        };
+        assert_eq!([said(DeviceState::Watching), said(DeviceState::Missing)], [["0.2500"], ["unknown"]]);
     }
 
     #[test]
