@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::path::Place;
 use super::pose::Source;
@@ -83,6 +83,27 @@ pub struct Posed {
     pub source: Source,
 }
 
+/// What a module was doing, by its name in the database.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum WasDoing {
+    /// One that this version knows.
+    Known(DeviceState),
+    /// One of another version of the tracker.
+    Other(String),
+}
+
+impl WasDoing {
+    /// Its name, for programs.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Known(state) => state.name(),
+            Self::Other(name) => name,
+        }
+    }
+}
+
 /// How a module was at some time: once a minute.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Was {
@@ -91,7 +112,7 @@ pub struct Was {
     /// As the site called it.
     pub module: String,
     /// What it was doing.
-    pub state: DeviceState,
+    pub state: WasDoing,
     /// Scans a second.
     pub scans_hz: f64,
     /// Share of its scans that were lost within a minute; none if it took none.

@@ -231,6 +231,20 @@ mod tests {
     }
 
     #[test]
+    fn a_module_s_state_of_another_version_is_exported_by_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let (database, out) = (folder.path().join("kehai.db"), folder.path().join("out"));
+        let rows = "INSERT INTO module VALUES (1, 'left');
+            INSERT INTO health VALUES (1, 1000, 'resting', 9.9, 0, 3, 0.1, NULL, NULL);
+            INSERT INTO health VALUES (1, 2000, 'missing', 0, NULL, 0, 0, NULL, NULL);";
+        super::super::connection::open(&database).unwrap().execute_batch(rows).unwrap();
+        export(&database, &out, (0, 3000), Format::Csv).unwrap();
+        let text = std::fs::read_to_string(out.join("health.csv")).unwrap();
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(rows, ["1.000,left,resting,9.900,0.000,3,10.000,,", "2.000,left,missing,0.000,,,,,"]);
+    }
+
+    #[test]
     fn a_stay_that_began_before_the_time_asked_for_and_ended_in_it_is_exported() {
         let folder = tempfile::tempdir().unwrap();
         let (database, out) = (folder.path().join("kehai.db"), folder.path().join("out"));

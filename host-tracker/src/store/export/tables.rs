@@ -1,6 +1,6 @@
 //! What each table has in its columns.
 
-use super::super::answers::{Count, CrossedAt, LineSeen, Posed, Walked, Was};
+use super::super::answers::{Count, CrossedAt, LineSeen, Posed, Walked, Was, WasDoing};
 use super::super::event::Event;
 use super::super::figures::Stay;
 use super::super::numbers::integer;
@@ -120,7 +120,7 @@ pub fn health(rows: &[Was]) -> Table {
         let of = |row: &Was| share(row).filter(|share| is_measured(row, *share)).map(|share| 100.0 * share);
         Column::MaybeReal(rows.iter().map(of).collect())
     };
-    let is_there = |row: &&Was| row.state != DeviceState::Missing;
+    let is_there = |row: &&Was| row.state != WasDoing::Known(DeviceState::Missing);
     let errors = |row: &Was| Some(row).filter(is_there).map(|row| integer(row.checksum_errors));
     let jitter_ms = |row: &Was| row.clock_offset_ms.and(row.clock_jitter_ms);
     Table {
