@@ -13,12 +13,14 @@ export const trySite = ({ base, site }) => send("POST", "/api/site/try", { base,
 /** Saves a site that was made from another one, of a revision; refused where both have changed the same part. */
 export const saveSite = ({ revision, base, site }) => send("PUT", "/api/site", { revision, base, site });
 
-/** Changes the site as it is now by `change`, which may be called again with a newer one; the answer has the new revision. */
+/** Changes the site as it is now by `change`, which may be called again with a newer one; the answer has the new revision. What changes
+ * nothing is not saved: a save is a version of the site, and for a moment no number matches at its doors. */
 export async function changeSite(change) {
   for (let tries = 1;; tries++) {
     const { site: base, revision } = await readSite();
     const site = structuredClone(base);
     change(site);
+    if (JSON.stringify(site) === JSON.stringify(base)) return { revision };
     try {
       return await saveSite({ revision, base, site });
     } catch (error) {

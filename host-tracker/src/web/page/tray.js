@@ -129,7 +129,7 @@ class Card {
 export class Tray {
   /** `on.walk`, `on.plan` and `on.draw` begin these; `on.site(revision)` after the site has changed. */
   constructor(root, on) {
-    Object.assign(this, { root, on, cards: new Map(), busy: false, site: {}, lines: [] });
+    Object.assign(this, { root, on, cards: new Map(), busy: Promise.resolve(), site: {}, lines: [] });
     this.title = html("h2", {});
     this.more = html("p", {});
     this.list = html("ul", {});
@@ -196,19 +196,22 @@ export class Tray {
     this.cards.set(to, card);
   }
 
-  /** Does something that may fail, and says why; one thing at a time. Its answer has a revision if the site is another now. */
-  async does(what) {
-    if (this.busy) return;
-    this.busy = true;
-    this.button.disabled = true;
+  /** Does something that may fail, and says why; one thing at a time: a name that is typed meanwhile waits for its turn. */
+  does(what) {
     tell(this.error, null);
+    return this.busy = this.busy.then(() => this.done(what));
+  }
+
+  /** Its answer has a revision if the site is another now. */
+  async done(what) {
+    this.button.disabled = true;
     try {
       const { revision } = await what() ?? {};
       if (revision !== undefined) await this.on.site(revision);
     } catch (error) {
       tell(this.error, error);
     } finally {
-      this.busy = this.button.disabled = false;
+      this.button.disabled = false;
     }
   }
 
