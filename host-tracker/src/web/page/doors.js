@@ -96,6 +96,9 @@ export class DoorPanel {
       hidden: true,
       "aria-label": say("door.title"),
     });
+    // Outside of what each change of the door draws anew: why a reset was refused is to be read.
+    this.error = html("p", { className: "error", role: "alert", hidden: true });
+    this.card.append(this.error);
   }
 
   /** `names`: of the list; `lines`: doors of a frame; `states`: with their passages. */
@@ -110,6 +113,8 @@ export class DoorPanel {
     }
     const name = chosen?.door;
     this.card.hidden = !name;
+    if (name !== this.name) tell(this.error, null);
+    this.name = name;
     if (!name) return delete this.card.dataset.text;
     const line = lines.find((one) => one.name === name);
     const passages = states.find((one) => one.name === name)?.passages.slice(0, PASSAGES) ?? [];
@@ -152,7 +157,6 @@ export class DoorPanel {
       onclick: () => this.on.choose(null),
     }, "×");
     const rows = line ? about(line) : [[say("door.title"), say("door.not-known")]];
-    this.error = html("p", { className: "error", role: "alert", hidden: true });
     const reset = html("button", {
       type: "button",
       className: "button main reset",
@@ -160,12 +164,14 @@ export class DoorPanel {
       dataset: { part: "reset" },
       onclick: () => this.reset(name),
     }, say("door.reset"));
-    this.card.replaceChildren(
+    for (const old of [...this.card.childNodes]) if (old !== this.error) old.remove();
+    this.error.before(
       html("header", {}, html("h2", {}, say("door.of", { name })), close),
       line?.alarm ? html("p", { className: "alarm" }, word("prompt", line.prompt_name)) : "",
       html("dl", {}, ...rows.flatMap(([term, value]) => [html("dt", {}, term), html("dd", {}, value)])),
       reset,
-      this.error,
+    );
+    this.error.after(
       passages.length ? html("h3", {}, say("door.last")) : "",
       html("ul", { className: "events" }, ...passages.map((passed) => this.passage(passed))),
     );
@@ -191,13 +197,14 @@ export class DoorPanel {
   /** Somebody has looked after the alarm. */
   async reset(name) {
     const at_ms = Math.round(now());
-    const { error } = this;
+    let why = null;
     try {
       await send("POST", `/api/door/${encodeURIComponent(name)}/reset`, stamp(at_ms));
-      tell(error, null);
-    } catch (why) {
-      tell(error, why);
+    } catch (error) {
+      why = error;
     }
+    // Another door may have been chosen meanwhile.
+    if (name === this.name) tell(this.error, why);
   }
 }
 
