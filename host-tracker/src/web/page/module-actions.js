@@ -95,12 +95,12 @@ export class ModuleActions {
     }
   }
 
-  /** A question before something that cannot be taken back at once. */
-  confirm(question, words, yes) {
+  /** A question before something that cannot be taken back at once; `no`: what is shown again, if anything. */
+  confirm(question, words, yes, ...no) {
     this.say("");
     const back = html(
       "button",
-      { type: "button", className: "button", onclick: () => this.clear() },
+      { type: "button", className: "button", onclick: () => this.clear(...no) },
       say("look.cancel"),
     );
     this.clear(
@@ -255,6 +255,8 @@ export class ModuleActions {
         say("look.settings-ask"),
         say("look.store"),
         store,
+        // With all that was typed.
+        form,
       );
     };
     this.clear(form);
