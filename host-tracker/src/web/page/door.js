@@ -155,9 +155,11 @@ async function look() {
   }
 }
 
-addEventListener("keydown", ({ key, repeat }) => {
+addEventListener("keydown", ({ key, repeat, ctrlKey, altKey, metaKey }) => {
   const button = keys[Number(key) - 1];
-  if (button && !button.disabled && !repeat) enter(Number(key));
+  // With these it is for the browser, as Ctrl+1 for its first tab.
+  if (ctrlKey || altKey || metaKey || repeat) return;
+  if (button && !button.disabled && !button.hidden) enter(Number(key));
 });
 reserve("prompt", [...PROMPTS, say("screen.wait"), say("screen.lost")]);
 reserve("tries", [1, 2, 9].map((n) => say("screen.tries", { n })));
