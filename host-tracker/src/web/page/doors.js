@@ -164,6 +164,8 @@ export class DoorPanel {
       dataset: { part: "reset" },
       onclick: () => this.reset(name),
     }, say("door.reset"));
+    // Without an alarm there is nothing to be reset any more.
+    if (!line?.alarm) tell(this.error, null);
     for (const old of [...this.card.childNodes]) if (old !== this.error) old.remove();
     this.error.before(
       html("header", {}, html("h2", {}, say("door.of", { name })), close),
