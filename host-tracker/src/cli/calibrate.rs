@@ -143,8 +143,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// What was written, and how a tracker comes to use it: it does not look at the file by itself.
 fn written(site: &Path, poses: usize) -> String {
+    let poses = if poses == 1 { "1 pose".to_owned() } else { format!("{poses} poses") };
     format!(
-        "{}: {poses} poses written; a tracker that runs takes them after SIGHUP (service: sudo systemctl \
+        "{}: {poses} written; a tracker that runs takes them after SIGHUP (service: sudo systemctl \
          reload kehai-tracker)",
         site.display()
     )
@@ -335,6 +336,7 @@ mod tests {
     fn poses_that_were_written_are_said_with_what_lets_a_tracker_take_them() {
         let said = written(Path::new("home.toml"), 4);
         assert!(said.starts_with("home.toml: 4 poses written; ") && said.lines().count() == 1, "{said}");
+        assert!(written(Path::new("home.toml"), 1).starts_with("home.toml: 1 pose written; "));
         assert!(said.contains("SIGHUP") && said.contains("systemctl reload kehai-tracker"), "{said}");
     }
 

@@ -109,8 +109,8 @@ pub(super) fn buffer(fact: &UdpFact, modules: Option<usize>) -> Finding {
         );
     };
     let needed = u64::try_from(modules).unwrap_or(u64::MAX).saturating_mul(REPORTS_HZ * USEFUL_MS) / 1000;
-    let text =
-        format!("the kernel keeps {holds} datagrams; {modules} modules send {needed} while they are of use");
+    let send = if modules == 1 { "1 module sends".to_owned() } else { format!("{modules} modules send") };
+    let text = format!("the kernel keeps {holds} datagrams; {send} {needed} while they are of use");
     if holds >= needed {
         return Finding::ok(about, text);
     }
@@ -142,8 +142,16 @@ pub(super) fn search(fact: Option<&SearchFact>, modules: Option<usize>) -> Findi
             "see that modules have power and are in this network, and that switches and Wi-Fi pass multicast; or name each module's address with --module",
         ),
         Some(SearchFact { found: Ok(found), networks }) => {
-            let networks = networks.map_or_else(String::new, |networks| format!(", in {networks} networks"));
-            Finding::ok(about, format!("{found} modules announce themselves{networks}"))
+            let networks = match *networks {
+                None => String::new(),
+                Some(1) => ", in one network".to_owned(),
+                Some(networks) => format!(", in {networks} networks"),
+            };
+            let found = match *found {
+                1 => "one module announces itself".to_owned(),
+                found => format!("{found} modules announce themselves"),
+            };
+            Finding::ok(about, format!("{found}{networks}"))
         }
     }
 }

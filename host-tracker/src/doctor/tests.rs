@@ -254,6 +254,12 @@ fn modules_that_cannot_be_found_and_a_broker_that_lets_no_client_in_are_wrong() 
         assert_eq!(search(networks, Ok(0)), (Warning, About::Discovery));
     }
     assert_eq!(after(|facts| facts.search = None), []);
+    let found = |networks, found| {
+        let fact = SearchFact { networks: Some(networks), found: Ok(found) };
+        super::network::search(Some(&fact), Some(2)).text
+    };
+    assert_eq!(found(1, 1), "one module announces itself, in one network");
+    assert_eq!(found(2, 3), "3 modules announce themselves, in 2 networks");
     let broker = |facts: &mut Facts| facts.broker.as_mut().unwrap().log_in = Err("not authorised".into());
     assert_eq!(one(broker), (Wrong, About::Broker));
     assert_eq!(one(|facts| facts.clock = Clock::Free), (Warning, About::Clock));
