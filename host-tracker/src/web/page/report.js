@@ -50,6 +50,8 @@ const number = (value, places = 0) => value === null || value === undefined ? "â
 const time = (s) => s === null ? "â€“" : age(s);
 const share = (bin, unknown_s) => unknown_s * 1000 / Math.max(bin.to_ms - bin.from_ms, 1);
 
+/** What of the state an address says. */
+const ASKED = ["period", "date", "of"];
 const state = { period: PERIOD.DAY, date: dateText(new Date()), of: "", site: {} };
 
 // Of a day, 23.7 h are not all of it.
@@ -176,11 +178,7 @@ async function load() {
   const number = asked += 1;
   const [first, end] = span(state.period, midnight(state.date));
   const wanted = edges(state.period, [first, end]);
-  history.replaceState(
-    null,
-    "",
-    `?${new URLSearchParams({ period: state.period, date: state.date, of: state.of })}`,
-  );
+  remember();
   const body = get("report");
   body.setAttribute("aria-busy", "true");
   const range = `from=${first.getTime()}&to=${end.getTime()}`;
@@ -226,6 +224,13 @@ async function load() {
     heatSection(heat),
   );
   filter();
+}
+
+/** The address names what is shown, beside what else it says, as the language. */
+function remember() {
+  const said = new URLSearchParams(location.search);
+  for (const name of ASKED) said.set(name, state[name]);
+  history.replaceState(null, "", `?${said}`);
 }
 
 function choices(lines, zones) {
@@ -290,6 +295,7 @@ function controls() {
         id: "of",
         onchange: (event) => {
           state.of = event.target.value;
+          remember();
           filter();
         },
       }, html("option", { value: "" }, say("report.all"))),
@@ -299,7 +305,7 @@ function controls() {
 
 who();
 for (const [name, value] of new URLSearchParams(location.search)) {
-  if (name in state && value) state[name] = value;
+  if (ASKED.includes(name) && value) state[name] = value;
 }
 if (Number.isNaN(midnight(state.date).getTime())) state.date = dateText(new Date());
 get("print").onclick = () => globalThis.print();
