@@ -66,15 +66,26 @@ impl Place {
         let usual = if is_service { DATABASE.into() } else { self.site.with_extension("db") };
         let database = Some(self.db.clone().unwrap_or(usual));
         let keys = match &self.keys {
-            None if is_service => {
-                let file = options.display();
-                let unread =
-                    |error| format!("{file}: {error}: ask as root (sudo), or name the keys with --keys");
-                keys_in(&arguments(options).map_err(unread)?)
-            }
+            None if is_service => keys_of(options)?,
             named => named.clone(),
         };
         Ok(Places { site: self.site.clone(), database, keys })
+    }
+}
+
+/// The file of keys that the service is started with, if its options name one.
+fn keys_of(options: &Path) -> Result<Option<PathBuf>, Failure> {
+    let file = options.display();
+    match arguments(options) {
+        Ok(arguments) => Ok(keys_in(&arguments)),
+        // It is root's. In a container the tracker's own user makes backups, and these options start nothing.
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
+            tracing::warn!(
+                "{file} may not be read: the keys are those beside the site, unless --keys says where"
+            );
+            Ok(None)
+        }
+        Err(error) => Err(format!("{file}: {error}: correct it, or name the keys with --keys").into()),
     }
 }
 
