@@ -83,9 +83,12 @@ fn by_day(arguments: &Arguments, folder: &Path, span_ms: (u64, u64)) -> Result<(
         print(file.display())?;
     }
     if !written.left.is_empty() {
+        let left = match written.left.len() {
+            1 => "1 file of before is left as it is: it has".to_owned(),
+            count => format!("{count} files of before are left as they are: they have"),
+        };
         say(format_args!(
-            "{} files of before are left as they are: they have more rows than the database (it has forgotten some, or another tracker writes under the same --site and --area)",
-            written.left.len()
+            "{left} more rows than the database (it has forgotten some, or another tracker writes under the same --site and --area)"
         ));
     }
     Ok(())
