@@ -1,6 +1,12 @@
 // What is asked of the tray while it does something else: `deno test`.
 
-import { Tray } from "./tray.js";
+// Before there is a document, which would be filled with words.
+import "./words.js";
+
+// What asks who has logged in takes hold of a button at once.
+globalThis.document = { getElementById: () => ({}) };
+const { Tray } = await import("./tray.js");
+delete globalThis.document;
 
 function equal(found, expected) {
   const [one, other] = [found, expected].map((value) => JSON.stringify(value));
