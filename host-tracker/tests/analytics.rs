@@ -18,10 +18,11 @@ use host_tracker::store::export::partitioned::{Whose, Written, export};
 use host_tracker::store::figures::{edges, figures};
 use host_tracker::store::reader::Reader;
 use host_tracker::store::{Dropped, Store};
-use kehai_tracking::jsonl::{ZoneKnown, ZoneLine};
+use kehai_tracking::jsonl::{TrackLine, ZoneKnown, ZoneLine};
 use kehai_tracking::lines::CrossedLine;
 use kehai_tracking::occupancy::Found;
 use kehai_tracking::snapshot::{DeviceState, ModuleLine, Snapshot, unix_ms};
+use kehai_tracking::tracker::LifeCycle;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use people::{keep, site, track};
 use serde_json::Value;
@@ -247,4 +248,25 @@ fn paths_of_two_databases_with_the_same_numbers_are_not_joined() {
     let seconds: f64 = cells.iter().map(|cell| cell["seconds"].as_f64().unwrap()).sum();
     let three_twice_s = 3.0 * 2.0 * lasts_ms as f64 * 1e-3;
     assert!((0.8 * three_twice_s..=1.01 * three_twice_s).contains(&seconds), "{seconds} of {three_twice_s}");
+}
+
+#[test]
+fn a_time_in_which_a_person_was_hidden_is_in_no_cell() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, lake) = (folder.path().join("office.db"), folder.path().join("lake"));
+    let begun_ms = midnight_ms() + HOUR_MS;
+    let store = Store::open(&file, &site(), keep(30)).unwrap();
+    // Seen for 20 s, hidden for the next 100 s, seen for 30 s.
+    for second in 0..=150_u64 {
+        let is_hidden = (21..=120).contains(&second);
+        let state = if is_hidden { LifeCycle::Occluded } else { LifeCycle::Confirmed };
+        let person = TrackLine { state, ..track(7, -2.2, 3.1) };
+        store.see_waiting(people::frame(begun_ms + 1000 * second, vec![person]));
+    }
+    drop(store);
+    partitioned(&file, &lake, (0, midnight_ms() + 4 * HOUR_MS));
+    let Some(answers) = answers(&lake) else { return };
+    let cells = answers["5"].as_array().unwrap();
+    let seconds: f64 = cells.iter().map(|cell| cell["seconds"].as_f64().unwrap()).sum();
+    assert!((seconds - 50.0).abs() < 1e-6, "{cells:?}");
 }
