@@ -149,8 +149,18 @@ impl Writer {
             let deleted = self.connection.prepare_cached(&statement)?.execute(params![before_ms])?;
             more |= deleted == DELETE_AT_ONCE as usize;
         }
-        self.connection.pragma_update(None, "incremental_vacuum", PAGES_AT_ONCE)?;
+        self.give_back()?;
         Ok(more)
+    }
+
+    /// Gives free pages at the end of the file back to the file system, as many as in one go.
+    fn give_back(&self) -> rusqlite::Result<()> {
+        let statement = format!("PRAGMA incremental_vacuum({PAGES_AT_ONCE})");
+        let mut asked = self.connection.prepare_cached(&statement)?;
+        let mut pages = asked.query([])?;
+        // Each step gives one back.
+        while pages.next()?.is_some() {}
+        Ok(())
     }
 
     /// The number of the run.
@@ -294,10 +304,30 @@ fn named(transaction: &Transaction<'_>, table: &str, name: &str) -> rusqlite::Re
 
 #[cfg(test)]
 mod tests {
+    use super::super::event::{Event, EventKind};
     use super::super::reader::Reader;
     use super::*;
     use kehai_tracking::lines::Totals;
     use kehai_tracking::occupancy::ZoneKnown;
+
+    #[test]
+    fn the_pages_of_what_is_deleted_are_given_back_to_the_disk() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("kehai.db");
+        let begun_ms = 2000 * DAY_MS;
+        let mut writer = Writer::open(&file, begun_ms, None).unwrap();
+        // About a page each.
+        let event = || Row::Event(Event::new(begun_ms, EventKind::Raw, "hall", "x".repeat(3800)));
+        let rows: Vec<Row> = std::iter::repeat_with(event).take(100).collect();
+        writer.write(&rows, &BTreeMap::new(), None).unwrap();
+        let pages = |writer: &Writer| {
+            writer.connection.pragma_query_value(None, "page_count", |row| row.get::<_, i64>(0))
+        };
+        let before = pages(&writer).unwrap();
+        writer.forget(begun_ms + 31 * DAY_MS, Keep { days: 30, card_days: 30 }).unwrap();
+        let after = pages(&writer).unwrap();
+        assert!(before - after > 90, "{before} pages, then {after}");
+    }
 
     #[test]
     fn the_row_that_still_holds_is_kept_though_it_is_older_than_rows_are() {
