@@ -13,10 +13,13 @@ use std::path::{Path, PathBuf};
 
 use jiff::Timestamp;
 
+#[cfg(unix)]
+use crate::owned_file::OF_PEOPLE;
+
 /// Names behind which a file of the shell's may stand: what becomes of its content, the shell was told (`>`, `>>`).
 const OF_SHELL: [&str; 4] = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc"];
 
-/// Begins `file`, empty.
+/// Begins `file`, empty; one that is made is not for every user of the machine: it shows people's paths.
 ///
 /// # Errors
 /// Something else is in it, or the system refuses; the file is as it was then.
@@ -30,7 +33,11 @@ pub fn begin(file: &Path) -> io::Result<File> {
         let kept = set_aside(&former)?;
         tracing::info!("{}: what was there is kept as {}", file.display(), kept.display());
     }
-    File::create(file)
+    let mut options = File::options();
+    options.write(true).create(true).truncate(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, OF_PEOPLE);
+    options.open(file)
 }
 
 /// The regular file there, if something is in it; itself, and not a link to it.
@@ -118,6 +125,16 @@ mod tests {
         assert_eq!(fs::read(&site).unwrap(), b"[[zone]]\n");
         assert!(begin(folder.path()).is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_shows_where_people_were_is_not_for_every_user() {
+        use std::os::unix::fs::MetadataExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("day.mcap");
+        begin(&file).unwrap();
+        assert_eq!(fs::metadata(&file).unwrap().mode() & 0o007, 0);
     }
 
     #[cfg(unix)]

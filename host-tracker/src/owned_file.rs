@@ -83,6 +83,10 @@ fn log_unsynced(file: &Path, synced: io::Result<()>) {
     }
 }
 
+/// Rights of what shows people's paths, where the user's mask leaves them: not for every user of the machine, as the service's own.
+#[cfg(unix)]
+pub(crate) const OF_PEOPLE: u32 = 0o640;
+
 /// Makes an empty `file`, which may be there already. One that root makes for a service belongs to the owner of its folder.
 ///
 /// # Errors
@@ -91,7 +95,7 @@ pub fn make(file: &Path) -> io::Result<()> {
     let mut options = File::options();
     options.write(true).create_new(true);
     #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o644);
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, OF_PEOPLE);
     match options.open(file) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
         made => give(&made?, &folder_of(file)?),
@@ -137,6 +141,7 @@ mod tests {
         fs::write(&file, "rows").unwrap();
         make(&file).unwrap();
         let data = fs::metadata(&file).unwrap();
+        assert_eq!(data.mode() & 0o007, 0, "none but the owner and a group read where people were");
         assert!(!may || (data.uid(), data.gid()) == (4242, 4243));
         assert_eq!(fs::read(&file).unwrap(), b"rows", "one that is there stays as it is");
     }
