@@ -20,6 +20,7 @@
 pub mod partitioned;
 mod table;
 mod tables;
+mod whole;
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -66,7 +67,7 @@ impl FromStr for Format {
 /// Writes what happened between `from_ms` and `to_ms` into files of `folder`, which is made if missing.
 ///
 /// # Errors
-/// A file cannot be written, or the database not be read.
+/// A file cannot be written, and is as it was, or the database not be read.
 pub fn export(
     database: &File,
     folder: &File,
@@ -80,10 +81,10 @@ pub fn export(
         .map_err(|error| StoreError::File { file: folder.to_path_buf(), error })?;
     let write = |table: &Table| {
         let file = folder.join(format!("{}.{format}", table.name));
-        let written = match format {
-            Format::Csv => table.csv(&file),
-            Format::Parquet => table.parquet(&file),
-        };
+        let written = whole::put(&file, |file| match format {
+            Format::Csv => table.csv(file),
+            Format::Parquet => table.parquet(file),
+        });
         match written {
             Ok(()) => Ok(file),
             Err(error) => Err(StoreError::File { file, error }),

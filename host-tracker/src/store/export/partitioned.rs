@@ -33,7 +33,7 @@ use super::super::numbers::integer;
 use super::super::reader::Reader;
 use super::super::retention::DAY_MS;
 use super::table::{Column, Table};
-use super::{counts, lines, tables};
+use super::{counts, lines, tables, whole};
 use kehai_tracking::occupancy::ZoneKnown;
 
 /// The name of every file.
@@ -112,10 +112,7 @@ fn put(table: &Table, file: &File) -> io::Result<bool> {
     if let Some(folder) = file.parent() {
         fs::create_dir_all(folder)?;
     }
-    let beside = file.with_file_name(format!(".{FILE}.new"));
-    table.parquet(&beside)?;
-    fs::File::open(&beside)?.sync_all()?;
-    fs::rename(&beside, file)?;
+    whole::put(file, |file| table.parquet(file))?;
     Ok(true)
 }
 
