@@ -90,8 +90,12 @@ impl RawScanWriter {
         let mut write = || -> rusqlite::Result<()> {
             let transaction = self.connection.transaction()?;
             for (at_ms, json) in &self.waiting {
+                // Once the request has expired and is deleted, none would delete what came after it.
                 transaction
-                    .prepare_cached("INSERT OR REPLACE INTO raw (request, at_ms, scan) VALUES (?1, ?2, ?3)")?
+                    .prepare_cached(
+                        "INSERT OR REPLACE INTO raw (request, at_ms, scan) SELECT ?1, ?2, ?3
+                         WHERE EXISTS (SELECT 1 FROM raw_request WHERE request = ?1)",
+                    )?
                     .execute(params![request, integer(*at_ms), json])?;
             }
             transaction.commit()
@@ -139,5 +143,21 @@ mod tests {
         assert_eq!(written(), 0);
         scan(TOGETHER, hour_ms + 500);
         assert_eq!(written(), 3);
+    }
+
+    #[test]
+    fn what_comes_once_the_hours_are_over_is_not_kept_for_ever() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("kehai.db");
+        let hour_ms = 3_600_000;
+        let mut raw = RawScanWriter::begin(&file, "hall", hour_ms, 2 * hour_ms).unwrap();
+        for at_ms in [2 * hour_ms - 1, 2 * hour_ms + 1] {
+            raw.scan(at_ms, "{}".to_owned()).unwrap();
+            raw.flush().unwrap();
+            // As a tracker does with that database.
+            forget_expired(&file, 2 * hour_ms).unwrap();
+        }
+        let reader = Connection::open(&file).unwrap();
+        assert_eq!(reader.query_row("SELECT COUNT(*) FROM raw", [], |row| row.get::<_, i64>(0)), Ok(0));
     }
 }
