@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use host_tracker::backup::{self, Part};
+use host_tracker::store::raw;
+use kehai_tracking::snapshot::unix_ms;
 
 use super::failure::Failure;
 use super::output::print;
@@ -55,6 +57,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     if backup::finish(&places.site)? {
         tracing::warn!("a restoration that was interrupted is finished");
+    }
+    if let Some(file) = places.database.as_deref().filter(|file| file.exists())
+        && let Err(error) = raw::forget_expired(file, unix_ms())
+    {
+        tracing::warn!("raw scans that have expired are not deleted: {error}");
     }
     let made = backup::make(&places, *with_card_key, archive, *force)?;
     let names =

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use host_tracker::store::StoreError;
 use host_tracker::store::figures::{BINS_MAX, Bin, Figures, edges, figures};
+use host_tracker::store::raw;
 use host_tracker::store::reader::Reader;
 use jiff::civil::Date;
 use jiff::tz::TimeZone;
@@ -59,7 +60,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => (begin_of_last(arguments.hours, now_ms), now_ms),
     };
     let file = &arguments.db;
-    let found = figures(&Reader::open_kept(file)?, &edges((from_ms, to_ms.min(now_ms)), HOUR_MS))
+    let reader = Reader::open_kept(file)?;
+    if let Err(error) = raw::forget_expired(file, now_ms) {
+        tracing::warn!("raw scans that have expired are not deleted: {error}");
+    }
+    let found = figures(&reader, &edges((from_ms, to_ms.min(now_ms)), HOUR_MS))
         .map_err(|error| StoreError::Sqlite { file: file.clone(), error })?;
     if arguments.json {
         print_json(&found)
@@ -153,6 +158,8 @@ fn write_csv(found: &Figures) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
+    use std::ffi::OsStr;
+
     use clap::Parser as _;
 
     use super::*;
@@ -161,6 +168,18 @@ mod tests {
     struct Line {
         #[command(flatten)]
         arguments: Arguments,
+    }
+
+    #[test]
+    fn raw_scans_that_have_expired_are_deleted_by_a_report_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("home.db");
+        drop(raw::RawScanWriter::begin(&file, "hall", 1, 2).unwrap());
+        let kept = || Reader::open(&file).unwrap().raw(0).unwrap().len();
+        assert_eq!(kept(), 1);
+        let line = Line::try_parse_from([OsStr::new("report"), file.as_os_str()]).unwrap();
+        run(&line.arguments).unwrap();
+        assert_eq!(kept(), 0);
     }
 
     #[test]
