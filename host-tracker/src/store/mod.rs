@@ -37,6 +37,7 @@ mod retention;
 pub mod row;
 mod schema;
 pub mod timeline;
+mod walks;
 mod work;
 mod writer;
 

@@ -28,8 +28,9 @@ use super::questions::{
     PASSAGES, PATHS, POINTS, TOTALS, WATCHED,
 };
 use super::raw_rows::{self, RawKept};
-use super::recorder::{HEALTH_MS, PART_MS};
+use super::recorder::HEALTH_MS;
 use super::schema::{self, Unfit};
+use super::walks::PART_MS;
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::door::Card;
 use kehai_tracking::door::doors::Passed;

@@ -19,9 +19,10 @@ use std::collections::BTreeMap;
 
 use super::card::CardHash;
 use super::event::{Event, EventKind};
-use super::path::{Path, Place, encode};
+use super::path::Place;
 use super::pose::{PoseRow, Source};
 use super::row::{PathRow, Row};
+use super::walks::Walks;
 use kehai_tracking::alarm::AlarmKind;
 use kehai_tracking::alarm_list::ListedAlarm;
 use kehai_tracking::card::Card;
@@ -33,9 +34,6 @@ use kehai_tracking::site::Site;
 use kehai_tracking::snapshot::{DeviceState, EventLine, ModuleLine, STALE_MS, Snapshot};
 use kehai_tracking::stays::Stays;
 use kehai_tracking::tracker::{LifeCycle, TrackState};
-
-/// Longest part of a path, ms: what is asked for by time is found in parts that began at most this long before.
-pub const PART_MS: u64 = 300_000;
 
 /// Between two rows of a module's health, ms.
 pub const HEALTH_MS: u64 = 60_000;
@@ -53,14 +51,6 @@ const UNLIKELY: f64 = 0.4;
 /// Most rows kept while the database cannot be written: an hour of three people in a home, some MB. Older ones
 /// are dropped, and counted.
 const ROWS_MAX: usize = 50_000;
-
-#[derive(Debug)]
-struct Walk {
-    part: u32,
-    path: Path,
-    changed: bool,
-    seen_ms: u64,
-}
 
 /// Of what something is known or not.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -83,7 +73,7 @@ struct Known {
 #[derive(Debug, Default)]
 pub struct ChangeRecorder {
     stays: Stays,
-    walks: BTreeMap<u64, Walk>,
+    walks: Walks,
     /// And when that was kept, ms since 1970.
     counts: BTreeMap<String, (Option<u32>, ZoneKnown, u64)>,
     /// What was kept last of each counting line, and when its state was, ms since 1970.
@@ -138,13 +128,7 @@ impl ChangeRecorder {
                 self.walk(track, at_ms);
             }
         }
-        let gone: Vec<u64> =
-            self.walks.iter().filter(|(_, walk)| walk.seen_ms < at_ms).map(|(&id, _)| id).collect();
-        for id in gone {
-            if let Some(mut walk) = self.walks.remove(&id) {
-                self.paths.extend(walk.row(id));
-            }
-        }
+        self.paths.extend(self.walks.end_unseen(at_ms));
         for change in self.stays.observe(&frame.tracks, at_ms as f64 * 1e-3) {
             let at_ms = (change.at_s * 1e3).round() as u64;
             let kind = if change.since_s.is_some() { EventKind::Leave } else { EventKind::Enter };
@@ -212,9 +196,7 @@ impl ChangeRecorder {
 
     /// The clock was set: what was going on ends here, and all is said again by the next frame.
     pub fn clock_set(&mut self) {
-        for (track, mut walk) in std::mem::take(&mut self.walks) {
-            self.paths.extend(walk.row(track));
-        }
+        self.paths.extend(self.walks.end_all());
         // By the clock of before, the next row would be due only when the clock has caught up.
         self.modules.values_mut().for_each(|module| module.health_ms = 0);
         self.say_again();
@@ -306,8 +288,7 @@ impl ChangeRecorder {
     /// All that is to be written: rows, and parts of paths by track and part, the open ones included. Until
     /// [`written`](Self::written) is called it is handed out again.
     pub fn rows(&mut self) -> (&[Row], &BTreeMap<(u64, u32), PathRow>) {
-        let open = self.walks.iter_mut().filter_map(|(&id, walk)| walk.row(id));
-        self.paths.extend(open);
+        self.paths.extend(self.walks.open());
         (&self.rows, &self.paths)
     }
 
@@ -367,21 +348,7 @@ impl ChangeRecorder {
             y_mm: (track.at.y * 1e3) as i32,
             hidden: track.state == LifeCycle::Occluded,
         };
-        let walk = self.walks.entry(track.id).or_insert_with(|| Walk {
-            part: 0,
-            path: Path::beginning(place),
-            changed: true,
-            seen_ms: at_ms,
-        });
-        walk.seen_ms = at_ms;
-        walk.path.add(place);
-        walk.changed = true;
-        let (begun_ms, _) = walk.path.span_ms();
-        if at_ms.saturating_sub(begun_ms) >= PART_MS {
-            self.paths.extend(walk.row(track.id));
-            walk.part += 1;
-            walk.path = Path::beginning(place);
-        }
+        self.paths.extend(self.walks.see(track.id, place));
     }
 
     /// Keeps each crossing since the frame before, by the counts: frames may be missed. The first frame says what was counted
@@ -432,15 +399,6 @@ impl ChangeRecorder {
             known.health_ms = at_ms;
             self.rows.push(Row::Health { at_ms, module: Box::new(module.clone()) });
         }
-    }
-}
-
-impl Walk {
-    /// The part that is open, if it has changed since it was asked for last.
-    fn row(&mut self, track: u64) -> Option<((u64, u32), PathRow)> {
-        let (begun_ms, ended_ms) = self.path.span_ms();
-        std::mem::take(&mut self.changed)
-            .then(|| ((track, self.part), PathRow { begun_ms, ended_ms, points: encode(self.path.places()) }))
     }
 }
 

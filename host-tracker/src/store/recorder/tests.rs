@@ -63,6 +63,16 @@ fn a_long_stay_is_parts_that_meet() {
 }
 
 #[test]
+fn a_track_that_comes_back_under_its_number_does_not_replace_what_it_walked_before() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    for (at_ms, tracks) in [(1000, vec![track(7, 1.0)]), (1100, vec![]), (1200, vec![track(7, 1.0)])] {
+        recorder.record(&frame(at_ms, tracks));
+    }
+    let parts: Vec<_> = recorder.rows().1.iter().map(|(&part, row)| (part, row.begun_ms)).collect();
+    assert_eq!(parts, [((7, 0), 1000), ((7, 1), 1200)]);
+}
+
+#[test]
 fn counts_and_alarms_are_kept_when_they_change() {
     let mut recorder = ChangeRecorder::new(&site(), 0);
     for second in 0..10_u64 {
