@@ -27,6 +27,10 @@ pub const VERSION: i64 = 8;
 /// The first layout with all tables of which a command asks, those of lines included.
 pub(super) const READABLE: i64 = 6;
 
+/// To so much the write-ahead log is cut once it is begun anew: it would stay as long as a backup or a new layout made it. As much
+/// as SQLite lets it become by itself, 1000 pages.
+const LOG_BYTES: u32 = 1000 * 4096;
+
 const TABLES: &str = "
 CREATE TABLE run (
     run INTEGER PRIMARY KEY,
@@ -293,6 +297,7 @@ pub fn prepare(connection: &mut Connection) -> rusqlite::Result<Result<(), Unfit
     connection.pragma_update(None, "auto_vacuum", "INCREMENTAL")?;
     connection.pragma_update(None, "journal_mode", "WAL")?;
     connection.pragma_update(None, "synchronous", "NORMAL")?;
+    connection.pragma_update(None, "journal_size_limit", LOG_BYTES)?;
     // What has expired is overwritten, not only given up.
     connection.pragma_update(None, "secure_delete", "ON")?;
     let transaction = connection.transaction()?;

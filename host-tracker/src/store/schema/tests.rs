@@ -202,3 +202,17 @@ fn a_database_of_a_newer_version_is_left_alone() {
     assert!(newer.to_string().contains("newer version"), "{newer}");
     assert_eq!(version(&connection), VERSION + 1);
 }
+
+#[test]
+fn a_log_that_has_become_long_is_cut_once_it_is_begun_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("kehai.db");
+    let mut connection = Connection::open(&file).unwrap();
+    prepare(&mut connection).unwrap().unwrap();
+    let log = || std::fs::metadata(folder.path().join("kehai.db-wal")).unwrap().len();
+    let long = "INSERT INTO total (at_ms, zones) VALUES (1, hex(zeroblob(4000000)))";
+    connection.execute(long, []).unwrap();
+    assert!(log() > u64::from(LOG_BYTES));
+    connection.execute("INSERT INTO run (begun_ms) VALUES (7)", []).unwrap();
+    assert!(log() <= u64::from(LOG_BYTES), "{}", log());
+}
