@@ -89,11 +89,12 @@ fn span_of(day: Date) -> Result<(u64, u64), Failure> {
     Ok((begins(day)?, begins(day.checked_add(1.day())?)?))
 }
 
-/// In this machine's time zone.
-fn clock(at_ms: u64) -> String {
+/// By the clocks of a time zone. An hour that they show twice, as summer time ends, has its offset beside it.
+fn clock(at_ms: u64, zone: &TimeZone) -> String {
     let at = i64::try_from(at_ms).ok().and_then(|at_ms| Timestamp::from_millisecond(at_ms).ok());
-    let at = at.map(|at| at.to_zoned(TimeZone::system()));
-    at.map_or_else(String::new, |at| at.strftime("%Y-%m-%d %H:%M").to_string())
+    let Some(at) = at.map(|at| at.to_zoned(zone.clone())) else { return String::new() };
+    let is_shown_twice = zone.to_ambiguous_zoned(at.datetime()).is_ambiguous();
+    at.strftime(if is_shown_twice { "%Y-%m-%d %H:%M %:z" } else { "%Y-%m-%d %H:%M" }).to_string()
 }
 
 fn number(value: Option<impl ToString>) -> String {
@@ -101,7 +102,7 @@ fn number(value: Option<impl ToString>) -> String {
 }
 
 fn print_bin(bin: &Bin) -> Result<(), Failure> {
-    print(clock(bin.from_ms))?;
+    print(clock(bin.from_ms, &TimeZone::system()))?;
     let unknown =
         |unknown_s: f64| if unknown_s < 0.5 { String::new() } else { format!(", unknown {unknown_s:.0} s") };
     for (name, line) in &bin.lines {
@@ -180,6 +181,15 @@ mod tests {
         let line = Line::try_parse_from([OsStr::new("report"), file.as_os_str()]).unwrap();
         run(&line.arguments).unwrap();
         assert_eq!(kept(), 0);
+    }
+
+    #[test]
+    fn an_hour_that_clocks_show_twice_is_told_from_the_other() {
+        let berlin = TimeZone::posix("CET-1CEST,M3.5.0,M10.5.0/3").unwrap();
+        // 25 October 2026, 0:00 UTC.
+        let first_ms = 1_792_886_400_000;
+        let hours = [0, 1, 2].map(|hour| clock(first_ms + hour * HOUR_MS, &berlin));
+        assert_eq!(hours, ["2026-10-25 02:00 +02:00", "2026-10-25 02:00 +01:00", "2026-10-25 03:00"]);
     }
 
     #[test]
