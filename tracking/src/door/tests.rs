@@ -1,4 +1,4 @@
-//! Every transition by its name; `tests_rules` has what else a door does, `tests_any` what holds whatever happens.
+//! Every transition by its name; the files beside this one have what else a door does, `tests_any` what holds whatever happens.
 
 use super::machine::{NO_FRAMES_S, SEEN, SETTLED_S, SURE};
 use super::transition::name;
@@ -9,8 +9,16 @@ use crate::site::door::tests::DOOR as SITE;
 
 #[path = "tests_any.rs"]
 mod any;
+#[path = "tests_leaf.rs"]
+mod leaf;
+#[path = "tests_people.rs"]
+mod people;
+#[path = "tests_restart.rs"]
+mod restart;
 #[path = "tests_rules.rs"]
 mod rules;
+#[path = "tests_site.rs"]
+mod site;
 
 const ALICE: Card = Card(0xa11ce);
 const BOB: Card = Card(0xb0b);
