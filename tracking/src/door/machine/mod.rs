@@ -82,6 +82,8 @@ pub struct Machine {
     seen: Option<(f64, Seen)>,
     leaf: Leaf,
     exit_until_s: f64,
+    /// When the requests to leave that follow each other began, s.
+    exit_since_s: f64,
     /// When a track was lost in the doorway before the line while none was let in, s.
     lost_s: f64,
     /// Another door of the zone has a passage under way: the people before this one may be counted for that one.
@@ -111,6 +113,7 @@ impl Machine {
             seen: None,
             leaf: Leaf::unknown(),
             exit_until_s: f64::NEG_INFINITY,
+            exit_since_s: f64::NEG_INFINITY,
             lost_s: f64::NEG_INFINITY,
             zone_is_taken: false,
             prompt: Prompt::Starting,
@@ -176,11 +179,12 @@ impl Machine {
 
     /// Whether the site may be changed: no passage is under way, or the door has failed and no alarm that must be reset stands
     /// beneath, or its contact has never said anything, as that of a door that has just been drawn. Not while a person has the time
-    /// to leave: a door that is taken out locks.
+    /// to leave, as a door that is taken out locks; but requests that follow each other hold it off for twice that time at most.
     #[must_use]
     pub fn may_change(&self) -> bool {
+        let exits_end_s = self.exit_since_s + 2.0 * self.door.exit_s;
         match self.phase {
-            _ if self.now_s < self.exit_until_s => false,
+            _ if self.now_s < self.exit_until_s.min(exits_end_s) => false,
             Phase::Idle => true,
             Phase::Failed => self.standing.is_none_or(|alarm| alarm.ends_with() != EndsWith::Reset),
             Phase::HeldOpen => self.leaf.contact.is_none(),
@@ -210,7 +214,7 @@ impl Machine {
             Event::Card(card) => self.card(card, &mut actions),
             Event::Number(number) => self.number(number, &mut actions),
             Event::Contact(contact) => self.leaf.report(contact, self.now_s),
-            Event::Exit => self.exit_until_s = self.now_s + self.door.exit_s,
+            Event::Exit => self.leave(),
             Event::Seen(seen) => self.observe(seen, &mut actions),
             Event::LockReady(nonce) => self.orders.lock_is_ready(nonce),
             Event::LockTaken(id) => {
