@@ -9,6 +9,8 @@
 //! No I/O and no clock of its own. Without observations the machines still get the time, so that a dead tracker becomes
 //! trouble.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -131,8 +133,8 @@ struct Unit {
     machine: Machine,
     inbox: Inbox,
     names: Names,
-    /// All tracks of the newest observation.
-    tracks: Vec<TrackState>,
+    /// All tracks of the newest observation, the same for every door.
+    tracks: Arc<[TrackState]>,
     passages: Vec<Passed>,
     /// Devices that watch it, by their names.
     watched_by: Vec<String>,
@@ -186,7 +188,7 @@ impl Doors {
                 if unit.machine.change_site(door, site, &mut actions) {
                     unit.door = door.clone();
                     unit.watched_by = watching(door, site);
-                    unit.tracks.clear();
+                    unit.tracks = Arc::default();
                     // Nothing that was asked for can be refused here.
                     let _ = unit.put_out(actions, now, outputs);
                     self.units.push(unit);
@@ -215,8 +217,12 @@ impl Doors {
     ) {
         let is_lost = |name: &String| watcher(name).is_none_or(|watcher| watcher.unused_s > MODULE_LOST_S);
         let has_key = |name: &String| watcher(name).is_some_and(|watcher| watcher.has_key);
+        if self.units.is_empty() {
+            return;
+        }
+        let tracks: Arc<[TrackState]> = estimate.tracks.as_slice().into();
         for unit in &mut self.units {
-            unit.tracks.clone_from(&estimate.tracks);
+            unit.tracks = Arc::clone(&tracks);
             let believes_all = unit.door.without_keys || unit.watched_by.iter().all(has_key);
             let trouble = if unit.watched_by.is_empty() || unit.watched_by.iter().any(is_lost) {
                 Some(Trouble::ModuleLost)
@@ -279,7 +285,7 @@ impl Unit {
             door: door.clone(),
             inbox: Inbox::default(),
             names: Names::default(),
-            tracks: Vec::new(),
+            tracks: Arc::default(),
             passages: Vec::new(),
             watched_by: watching(door, site),
         })
