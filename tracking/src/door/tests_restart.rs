@@ -58,3 +58,27 @@ fn f8_a_leaf_that_was_held_open_before_a_restart_is_until_it_is_shut() {
     stage.wait(SETTLED_S);
     assert_eq!(stage.door.phase(), Phase::Idle);
 }
+
+#[test]
+fn a_door_does_not_know_whom_it_had_let_in_before_a_restart_until_its_leaf_was_shut() {
+    let reason = |mut stage: Stage| {
+        for y in [0.9, 1.2] {
+            stage.put(9, 0.0, y);
+            stage.wait(0.1);
+        }
+        assert_eq!(stage.door.line().alarm, Some(Alarm::WentIn), "it does not know, and locks");
+        stage.passage().reason.clone()
+    };
+    for contact in [None, Some(Contact::Open)] {
+        let mut stage = Stage::after_restart(&[]);
+        contact.into_iter().for_each(|contact| stage.tell(Event::Contact(contact)));
+        stage.wait(SETTLED_S + 0.2);
+        let reason = reason(stage);
+        assert!(reason.ends_with("is not known"), "{reason}");
+    }
+    // With a leaf that was shut what was under way before is over.
+    let mut stage = Stage::idle();
+    stage.wait(0.2);
+    stage.tell(Event::Contact(Contact::Open));
+    assert_eq!(reason(stage), Alarm::WentIn.words());
+}

@@ -63,6 +63,10 @@ const BLIND: f64 = 0.3;
 /// To be blind for so long is trouble, s.
 const BLIND_S: f64 = 2.0;
 
+/// Why a passage that may have begun before the start ended in an alarm.
+const LET_IN_BEFORE: &str =
+    "a person went in; whether the door had let them in before the tracker started anew is not known";
+
 /// A door.
 #[derive(Clone, Debug)]
 pub struct Machine {
@@ -81,6 +85,8 @@ pub struct Machine {
     count: Certainty,
     seen: Option<(f64, Seen)>,
     leaf: Leaf,
+    /// A passage of the process before may still be under way: since the start the leaf has not been shut, that is known.
+    of_before: bool,
     exit_until_s: f64,
     /// When the requests to leave that follow each other began, s.
     exit_since_s: f64,
@@ -112,6 +118,7 @@ impl Machine {
             count: Certainty::new(),
             seen: None,
             leaf: Leaf::unknown(),
+            of_before: true,
             exit_until_s: f64::NEG_INFINITY,
             exit_since_s: f64::NEG_INFINITY,
             lost_s: f64::NEG_INFINITY,
@@ -126,6 +133,7 @@ impl Machine {
     /// Begins at `now_s`, in a site that has changed: no change unlocks, so the door is locked until trouble outlasts 2 s.
     pub fn added(&mut self, now_s: f64) {
         self.now_s = now_s;
+        self.of_before = false;
         self.trust.fail = Fail::Secure;
         self.count.not_before_s = now_s + SETTLED_S;
         self.orders.lock.set(self.wanted());
@@ -415,7 +423,11 @@ impl Machine {
         if let Some(progress) = &mut self.progress {
             progress.passage.alarm = Some(alarm);
         }
-        self.end(Outcome::Alarmed, alarm.words(), actions);
+        let reason = match alarm {
+            Alarm::WentIn if self.of_before => LET_IN_BEFORE,
+            _ => alarm.words(),
+        };
+        self.end(Outcome::Alarmed, reason, actions);
         self.go(cause, Phase::Alarmed, Prompt::Called);
     }
 

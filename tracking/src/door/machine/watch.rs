@@ -24,6 +24,8 @@ impl Machine {
     }
 
     pub(super) fn watch(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
+        // The lease of an order of before is over by now, and a group of before went in or stays out.
+        self.of_before &= !self.leaf.is_shut(SHUT_S, self.now_s);
         let went_in = crossings.iter().any(|way| matches!(way, Crossing::Inward(_)));
         // No person walks through a shut leaf that the door or its exit has opened: the report that it opened was lost.
         let is_opened = self.phase == Phase::Unlocked || self.now_s < self.exit_until_s;
