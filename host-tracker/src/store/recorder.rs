@@ -139,6 +139,7 @@ impl ChangeRecorder {
             && at_ms.saturating_sub(newest_ms) > STALE_MS
         {
             self.forget(newest_ms + STALE_MS, |_, _| true);
+            self.forget_names(newest_ms + STALE_MS);
         }
         self.newest_ms = Some(at_ms);
         self.is_behind |= at_ms < self.latest_ms;
@@ -224,6 +225,15 @@ impl ChangeRecorder {
                 self.rows.push(Row::Line { name: name.clone(), at_ms, totals: kept.0, state: unknown });
             }
         }
+    }
+
+    /// Keeps that from `at_ms` on no ID has a track; the next frame says again which has one.
+    fn forget_names(&mut self, at_ms: u64) {
+        let over = |(card, track): (Card, u64)| {
+            let hash = CardHash::from(card);
+            Row::Name { at_ms, track, hash, probability: 0.0 }
+        };
+        self.rows.extend(std::mem::take(&mut self.names).into_iter().map(over));
     }
 
     /// Drops the oldest rows of too many. From the first of them on nothing is known of its zone, line or ID.

@@ -175,6 +175,15 @@ fn that_an_id_has_its_track_no_more_is_kept_once_and_does_not_flap() {
 }
 
 #[test]
+fn while_there_are_no_frames_no_id_has_a_track() {
+    let mut recorder = ChangeRecorder::new(&site(), 0);
+    recorder.record(&with_name(1000, &[(4, 0.75)]));
+    recorder.record(&with_name(2000, &[(4, 0.75)]));
+    recorder.record(&with_name(9000, &[(4, 0.75)]));
+    assert_eq!(named(&mut recorder), [(1000, 4, 0.75), (5000, 4, 0.0), (9000, 4, 0.75)]);
+}
+
+#[test]
 fn where_rows_of_names_were_dropped_their_ids_have_no_track_until_it_is_said_again() {
     let mut recorder = ChangeRecorder::new(&site(), 0);
     recorder.record(&with_name(1000, &[(4, 0.75)]));
