@@ -62,7 +62,8 @@ fn people(site: &Site, line: &TracksLine) -> u32 {
 }
 
 /// Whether a track is a person of the site: anywhere, or by the rule of a secure zone that it is in.
-pub(crate) fn is_person(site: &Site, track: &TrackLine) -> bool {
+#[must_use]
+pub fn is_person(site: &Site, track: &TrackLine) -> bool {
     let is_counted = |is_secure| Role::of(track.origin, track.state, is_secure).is_counted();
     let at = Point::new(track.x, track.y);
     let mut secure = site.zones.iter().filter(|zone| zone.secure);

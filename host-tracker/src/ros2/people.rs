@@ -17,6 +17,7 @@ use kehai_tracking::names::NameLine;
 use kehai_tracking::occupancy::{Total, ZoneKnown};
 use kehai_tracking::site::{Exclude, Site};
 use kehai_tracking::snapshot::Snapshot;
+use kehai_tracking::total::is_person;
 use kehai_tracking::tracker::{LifeCycle, TrackId};
 
 use super::messages::{Header, People, Person, Point};
@@ -34,10 +35,10 @@ pub fn people(snapshot: &Snapshot, site: &Site) -> Option<People> {
     is_said.then(|| People { header: Header::new(MAP, snapshot.stamp_ns()), people })
 }
 
-/// Confirmed and occluded tracks outside of excluded areas.
+/// Tracks that the total counts anywhere, outside of excluded areas: also one that was never seen to come in, in a secure zone.
 pub fn followed<'a>(snapshot: &'a Snapshot, site: &Site) -> impl Iterator<Item = &'a TrackLine> {
     let excluded: Vec<Vec<Place>> = site.excludes.iter().map(Exclude::corners).collect();
-    let tracks = snapshot.line.tracks.iter().filter(|track| track.state != LifeCycle::Tentative);
+    let tracks = snapshot.line.tracks.iter().filter(move |track| is_person(site, track));
     tracks.filter(move |track| !excluded.iter().any(|area| inside(Place::new(track.x, track.y), area)))
 }
 
@@ -145,6 +146,16 @@ mod tests {
         let names: Vec<&str> = people.people.iter().map(|person| person.name.as_str()).collect();
         assert_eq!(names, ["track-2"]);
         assert_eq!(people.people[0].tags, ["seen", "hall"]);
+    }
+
+    #[test]
+    fn one_who_was_never_seen_to_come_in_is_a_person_in_a_secure_zone() {
+        let track = json!({ "id": 7, "x": 1.0, "y": 3.0, "state": "tentative", "origin": "unexplained" });
+        let snapshot = snapshot(&[track], NOT_KNOWN);
+        assert_eq!(said(&snapshot), None);
+        let secure = SITE.replacen("polygon", "secure = true\npolygon", 1);
+        let people = people(&snapshot, &toml::from_str(&secure).unwrap()).unwrap();
+        assert_eq!((people.people.len(), people.people[0].tags[0].as_str()), (1, "tentative"));
     }
 
     #[test]
