@@ -140,7 +140,11 @@ impl Site {
                 other.name != door.name && slugs.get(index).is_some_and(|own| own == *known)
             });
             if let Some((other, topic)) = alike {
-                let what = format!("name: has the topic {topic:?}, as door \"{}\": rename one", other.name);
+                // The earlier one keeps its topic, so its devices need no change.
+                let what = format!(
+                    "name: has the topic {topic:?}, as door \"{}\": rename door \"{}\", and use its new topic in its devices",
+                    other.name, door.name
+                );
                 said.part(index, door, "name", &what);
             }
         }

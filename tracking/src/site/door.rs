@@ -207,7 +207,8 @@ fail = \"secure\"
         let alike = Site::parse("x.toml", &format!("{DOOR}\n[[door]]{other}")).unwrap_err().to_string();
         assert_eq!(
             alike,
-            "x.toml: door \"Front\": name: has the topic \"front\", as door \"front\": rename one"
+            "x.toml: door \"Front\": name: has the topic \"front\", as door \"front\": rename door \"Front\", and use its \
+             new topic in its devices"
         );
     }
 }
