@@ -135,7 +135,8 @@ impl Stays {
             }
             changes.extend(self.left(track.id, &gone, at_s));
         }
-        let is_gone = |person: &Inside| person.there_s < at_s;
+        // Also after the clock was set back.
+        let is_gone = |person: &Inside| person.there_s.total_cmp(&at_s).is_ne();
         let gone: Vec<TrackId> =
             self.people.iter().filter(|(_, person)| is_gone(person)).map(|(id, _)| *id).collect();
         for id in gone {
@@ -232,6 +233,16 @@ mod tests {
         let left = Change { zone: "hall".into(), track: 7, at_s: 2.0, since_s: Some(1.0) };
         assert_eq!(stays.observe(&[], 9.0), [left]);
         assert_eq!(stays.observe(&[], 10.0), []);
+    }
+
+    #[test]
+    fn a_person_who_is_gone_after_the_clock_was_set_back_has_left() {
+        let mut stays = stays();
+        stays.observe(&[person(7, 2.0), person(8, 2.0)], 1000.0);
+        let left = stays.observe(&[person(8, 2.0)], 400.0);
+        let left: Vec<_> = left.iter().map(|change| (change.track, change.at_s, change.since_s)).collect();
+        assert_eq!(left, [(7, 1000.0, Some(1000.0))]);
+        assert_eq!(stays.observe(&[person(8, 2.0)], 400.1), []);
     }
 
     #[test]
