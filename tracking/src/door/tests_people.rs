@@ -168,3 +168,31 @@ fn a_track_that_is_lost_before_an_open_door_and_found_beyond_it_has_gone_in() {
     assert_eq!(found(true, 2.5), None, "too late for the same person");
     assert_eq!(found(false, 1.0), None, "a person inside turns round");
 }
+
+#[test]
+fn the_card_of_a_person_who_was_lost_on_the_way_in_is_inside() {
+    let mut stage = Stage::unlocked(1);
+    stage.put(1, 0.0, 0.8);
+    stage.wait(0.1);
+    stage.bodies.clear();
+    stage.wait(0.1);
+    assert_eq!(stage.door.phase(), Phase::Closing);
+    shuts(&mut stage);
+    assert_eq!(stage.passage().outcome, Outcome::Complete);
+    stage.tell(Event::Card(ALICE));
+    assert_eq!(stage.door.line().alarm, Some(Alarm::PassedBack));
+}
+
+#[test]
+fn the_card_of_a_person_who_was_lost_before_a_leaf_that_did_not_move_is_outside() {
+    let mut stage = Stage::checking(1, 1);
+    stage.wait(1.0);
+    assert_eq!(stage.door.phase(), Phase::Unlocked);
+    stage.put(1, 0.0, 0.8);
+    stage.wait(0.1);
+    stage.bodies.clear();
+    stage.wait(0.2);
+    assert_eq!(stage.passage().outcome, Outcome::Complete);
+    stage.tell(Event::Card(ALICE));
+    assert_eq!((stage.door.phase(), stage.door.line().alarm), (Phase::Asked, None));
+}

@@ -435,7 +435,10 @@ impl Machine {
     fn end(&mut self, outcome: Outcome, reason: &str, actions: &mut Vec<Action>) {
         let Some(progress) = self.progress.take() else { return };
         let mut passage = progress.passage;
-        if let Some(card) = passage.card.filter(|_| !passage.through.is_empty()) {
+        // A track that was lost in the doorway went in, too, if all did; through a leaf that has not moved none did.
+        let has_moved = self.leaf.since_s > passage.begun_s;
+        let went_in = outcome == Outcome::Complete && has_moved || !passage.through.is_empty();
+        if let Some(card) = passage.card.filter(|_| went_in) {
             self.cards.went_in(card, self.now_s, self.door.passback_s);
         }
         passage.ended_s = self.now_s;
