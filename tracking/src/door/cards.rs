@@ -19,11 +19,6 @@ impl Cards {
         self.0.push((card, now_s));
     }
 
-    /// A person with this card came out.
-    pub fn came_out(&mut self, card: Card) {
-        self.0.retain(|(known, _)| *known != card);
-    }
-
     /// Whether it went in less than `within_s` ago.
     #[must_use]
     pub fn is_inside(&self, card: Card, now_s: f64, within_s: f64) -> bool {
@@ -36,12 +31,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_card_is_inside_for_its_time_or_until_it_comes_out() {
+    fn a_card_is_inside_for_its_time() {
         let mut cards = Cards::default();
         cards.went_in(Card(1), 0.0, 60.0);
         assert!(cards.is_inside(Card(1), 59.0, 60.0) && !cards.is_inside(Card(1), 60.0, 60.0));
-        cards.came_out(Card(1));
-        assert!(!cards.is_inside(Card(1), 1.0, 60.0));
     }
 
     #[test]
