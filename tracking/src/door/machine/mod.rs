@@ -15,6 +15,7 @@ mod inputs;
 mod leaf;
 mod line;
 mod orders;
+mod site;
 mod trust;
 mod watch;
 
@@ -33,6 +34,7 @@ use crate::site::Site;
 use crate::site::door::{Door, Fail};
 use leaf::Leaf;
 use orders::Orders;
+use site::doorway;
 use trust::{Certainty, Trust};
 
 /// Least probability that the number entered is the count.
@@ -128,76 +130,6 @@ impl Machine {
         };
         machine.orders.lock.set(machine.wanted());
         Some(machine)
-    }
-
-    /// Begins at `now_s`, in a site that has changed: no change unlocks, so the door is locked until trouble outlasts 2 s.
-    pub fn added(&mut self, now_s: f64) {
-        self.now_s = now_s;
-        self.of_before = false;
-        self.trust.fail = Fail::Secure;
-        self.count.not_before_s = now_s + SETTLED_S;
-        self.orders.lock.set(self.wanted());
-    }
-
-    /// Goes on with an alarm that stood when the process before ended. Of several the first that must be reset stands; trouble is
-    /// found out anew.
-    pub fn resume(&mut self, alarm: Alarm) {
-        let stands = match alarm.ends_with() {
-            EndsWith::Reset => self.standing.is_none_or(|standing| standing.ends_with() != EndsWith::Reset),
-            EndsWith::ShutLeaf => self.standing.is_none(),
-            EndsWith::Recovery => false,
-        };
-        if stands {
-            self.standing = Some(alarm);
-        }
-    }
-
-    /// Goes on in a changed site: no match counts before the tracker has been well for 2 s. Alarms stand, cards stay inside,
-    /// and the lock does not open by it: a passage under way ends in trouble, locked whatever the site says, until trouble outlasts
-    /// those 2 s. A door that is to fail secure from now on locks. False without its zone: nothing has changed then.
-    pub fn change_site(&mut self, door: &Door, site: &Site, actions: &mut Vec<Action>) -> bool {
-        let Some(doorway) = doorway(door, site) else { return false };
-        self.doorway = doorway;
-        self.door = door.clone();
-        self.count.not_before_s = self.now_s + SETTLED_S;
-        self.seen = self.seen.take().map(|(at_s, _)| (at_s, Seen::default()));
-        let is_used = !matches!(self.phase, Phase::Idle | Phase::Alarmed | Phase::Failed);
-        if is_used {
-            self.fail(Trouble::SiteChanged, actions);
-        }
-        if is_used || door.fail == Fail::Secure {
-            self.trust.fail = Fail::Secure;
-        }
-        self.say(actions);
-        true
-    }
-
-    /// Locks for good: the site has this door no more. An alarm that stands is not over by that.
-    #[must_use]
-    pub fn retire(&mut self) -> Vec<Action> {
-        let mut actions = Vec::new();
-        self.end(Outcome::Trouble, "the door was taken out of the site", &mut actions);
-        self.orders.lock.set(Lock::Locked);
-        self.orders.lock.ask();
-        // A leaf of a door that is no more is not waited for.
-        self.orders.alarm.set(self.standing.filter(|alarm| alarm.ends_with() == EndsWith::Reset));
-        self.orders.say(self.now_s, &mut actions);
-        actions
-    }
-
-    /// Whether the site may be changed: no passage is under way, or the door has failed and no alarm that must be reset stands
-    /// beneath, or its contact has never said anything, as that of a door that has just been drawn. Not while a person has the time
-    /// to leave, as a door that is taken out locks; but requests that follow each other hold it off for twice that time at most.
-    #[must_use]
-    pub fn may_change(&self) -> bool {
-        let exits_end_s = self.exit_since_s + 2.0 * self.door.exit_s;
-        match self.phase {
-            _ if self.now_s < self.exit_until_s.min(exits_end_s) => false,
-            Phase::Idle => true,
-            Phase::Failed => self.standing.is_none_or(|alarm| alarm.ends_with() != EndsWith::Reset),
-            Phase::HeldOpen => self.leaf.contact.is_none(),
-            Phase::Asked | Phase::Checking | Phase::Unlocked | Phase::Closing | Phase::Alarmed => false,
-        }
     }
 
     /// Whether a card was taken, and its group has not gone in yet.
@@ -446,12 +378,6 @@ impl Machine {
         reason.clone_into(&mut passage.reason);
         actions.push(Action::Passage(Box::new(passage)));
     }
-}
-
-/// The line and the zone of a door; none without its zone.
-fn doorway(door: &Door, site: &Site) -> Option<Doorway> {
-    let zone = site.zones.iter().find(|zone| zone.name == door.zone)?;
-    Some(Doorway::new(door.ends(), zone.corners()))
 }
 
 fn refuse(is_good: bool, why: Refusal, actions: &mut Vec<Action>) {
