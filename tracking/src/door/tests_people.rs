@@ -196,3 +196,25 @@ fn the_card_of_a_person_who_was_lost_before_a_leaf_that_did_not_move_is_outside(
     stage.tell(Event::Card(ALICE));
     assert_eq!((stage.door.phase(), stage.door.line().alarm), (Phase::Asked, None));
 }
+
+#[test]
+fn a_person_who_goes_in_while_the_door_recovers_is_in_the_records_with_what_is_known_of_them() {
+    let reason = |mut stage: Stage| {
+        stage.trouble = Some(Trouble::ModuleLost);
+        stage.wait(0.3);
+        stage.trouble = None;
+        stage.put(1, 0.0, 0.9);
+        stage.wait(0.2);
+        stage.put(1, 0.0, 1.2);
+        stage.wait(0.1);
+        let passage = stage.passage();
+        assert_eq!((passage.outcome, passage.alarm), (Outcome::Alarmed, Some(Alarm::WentIn)));
+        passage.reason.clone()
+    };
+    let of_the_group = reason(Stage::unlocked(1));
+    assert!(of_the_group.ends_with("is not known"), "{of_the_group}");
+    let mut stage = Stage::idle();
+    stage.wait(0.2);
+    stage.tell(Event::Contact(Contact::Open));
+    assert_eq!(reason(stage), Alarm::WentIn.words(), "none was let in");
+}

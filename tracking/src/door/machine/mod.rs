@@ -65,9 +65,8 @@ const BLIND: f64 = 0.3;
 /// To be blind for so long is trouble, s.
 const BLIND_S: f64 = 2.0;
 
-/// Why a passage that may have begun before the start ended in an alarm.
-const LET_IN_BEFORE: &str =
-    "a person went in; whether the door had let them in before the tracker started anew is not known";
+/// Why there is an alarm of a person who may be one of a group that was let in before all was known again.
+const LET_IN_BEFORE: &str = "a person went in; whether the door had let them in before is not known";
 
 /// A door.
 #[derive(Clone, Debug)]
@@ -87,7 +86,8 @@ pub struct Machine {
     count: Certainty,
     seen: Option<(f64, Seen)>,
     leaf: Leaf,
-    /// A passage of the process before may still be under way: since the start the leaf has not been shut, that is known.
+    /// A passage of the process before, or one that has ended in trouble, may still be under way: since then the leaf has not been
+    /// shut, that is known.
     of_before: bool,
     exit_until_s: f64,
     /// When the requests to leave that follow each other began, s.
@@ -297,7 +297,7 @@ impl Machine {
             }
             Some(trouble) => self.fail(trouble, actions),
             None if self.phase == Phase::Failed => {
-                self.note_entry(&crossings);
+                self.note_entry(&crossings, actions);
                 self.recover(blind);
             }
             None => self.watch(&crossings, actions),
@@ -334,6 +334,7 @@ impl Machine {
         self.trust.fail = self.door.fail;
         self.trust.trouble = Some(trouble);
         self.trust.well_since_s = None;
+        self.of_before |= self.progress.as_ref().is_some_and(|progress| progress.let_in > 0);
         self.end(Outcome::Trouble, "what happens at the door was not known any more", actions);
         self.go(Cause::Trouble, Phase::Failed, Prompt::OutOfOrder);
     }
@@ -347,6 +348,12 @@ impl Machine {
             Alarm::HeldOpen => Cause::HeldOpen,
             Alarm::WentIn | Alarm::Trouble => Cause::WentIn,
         };
+        self.stand(alarm, card, actions);
+        self.go(cause, Phase::Alarmed, Prompt::Called);
+    }
+
+    /// An alarm stands from now on, and the passage under way ends with it, or one without a card.
+    fn stand(&mut self, alarm: Alarm, card: Option<Card>, actions: &mut Vec<Action>) {
         if self.progress.is_none() {
             self.passages += 1;
             self.progress = Some(Progress::new(&self.door.name, self.passages, self.now_s, card));
@@ -360,7 +367,6 @@ impl Machine {
             _ => alarm.words(),
         };
         self.end(Outcome::Alarmed, reason, actions);
-        self.go(cause, Phase::Alarmed, Prompt::Called);
     }
 
     /// Ends the passage under way, if there is one.

@@ -6,7 +6,7 @@ use crate::door::event::{Action, Body};
 use crate::door::passage::Outcome;
 use crate::door::progress::Progress;
 use crate::door::prompt::Prompt;
-use crate::door::terms::{Alarm, Card, Contact};
+use crate::door::terms::{Alarm, Card, Contact, EndsWith};
 use crate::door::transition::{Cause, Phase};
 use crate::site::door::Fail;
 
@@ -24,7 +24,7 @@ impl Machine {
     }
 
     pub(super) fn watch(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
-        // The lease of an order of before is over by now, and a group of before went in or stays out.
+        // The lease of an order of before is over by now, and what was left of a group of before stays out.
         self.of_before &= !self.leaf.is_shut(SHUT_S, self.now_s);
         let went_in = crossings.iter().any(|way| matches!(way, Crossing::Inward(_)));
         // No person walks through a shut leaf that the door or its exit has opened: the report that it opened was lost.
@@ -62,10 +62,11 @@ impl Machine {
     }
 
     /// While it is not sure yet that all is well again, a person who goes in by a locked door is an alarm that stands beneath.
-    pub(super) fn note_entry(&mut self, crossings: &[Crossing]) {
+    pub(super) fn note_entry(&mut self, crossings: &[Crossing], actions: &mut Vec<Action>) {
         let went_in = crossings.iter().any(|way| matches!(way, Crossing::Inward(_)));
-        if went_in && self.trust.fail == Fail::Secure && self.leaf.may_be_open() {
-            self.resume(Alarm::WentIn);
+        let stands = self.standing.is_some_and(|alarm| alarm.ends_with() == EndsWith::Reset);
+        if went_in && !stands && self.trust.fail == Fail::Secure && self.leaf.may_be_open() {
+            self.stand(Alarm::WentIn, None, actions);
         }
     }
 
