@@ -23,7 +23,7 @@ use kehai_tracking::text::printable;
 const MOST: usize = 1000;
 
 /// Longest name, in letters.
-const NAME: usize = 64;
+pub(crate) const NAME_MAX: usize = 64;
 
 /// Everybody who is known.
 #[derive(Clone, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
@@ -68,7 +68,7 @@ pub struct Token {
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum DirectoryError {
     /// The name will not do.
-    #[error("\"{0}\" is no name: 1 to {NAME} letters that can be read, without spaces at its ends")]
+    #[error("\"{0}\" is no name: 1 to {NAME_MAX} letters that can be read, without spaces at its ends")]
     Name(String),
     /// It is there already.
     #[error("{0} is there already")]
@@ -216,7 +216,7 @@ fn unique<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Result<(),
     let mut names: Vec<&str> = names.map(String::as_str).collect();
     let is_name = |name: &&str| {
         !name.is_empty()
-            && name.chars().count() <= NAME
+            && name.chars().count() <= NAME_MAX
             && printable(name) == **name
             && name.trim().len() == name.len()
     };

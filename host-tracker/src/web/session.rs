@@ -25,6 +25,7 @@ use super::blocking::in_turn;
 use super::bodies::{Done, Session};
 use super::listener::{Ends, Line};
 use super::shared::Shared;
+use crate::access::directory::NAME_MAX;
 use crate::access::roles::Action;
 use crate::access::{Credential, LASTS_S, LogInError, Who};
 use crate::connections::Cause;
@@ -109,13 +110,20 @@ pub async fn begin(
     }
     // No more than passwords are compared: a flood of tries does not fill the log.
     if error == LogInError::Wrong {
-        tracing::warn!("a wrong password for {}, from {}", printable(&name), ends.peer);
+        tracing::warn!("a wrong password for {}, from {}", as_logged(&name), ends.peer);
     }
     let mut refused = refuse(status, &error.to_string());
     if let LogInError::Often(seconds) = error {
         refused.headers_mut().insert(header::RETRY_AFTER, seconds.into());
     }
     refused
+}
+
+/// A name that was tried, as the log says it: no longer than names are. A body may hold one of a megabyte.
+fn as_logged(name: &str) -> String {
+    let begin: String = name.chars().take(NAME_MAX).collect();
+    let cut = if begin.len() < name.len() { "…" } else { "" };
+    format!("{}{cut}", printable(&begin))
 }
 
 /// Ends the session.
@@ -171,5 +179,14 @@ mod tests {
         let cookie = (header::COOKIE, "kehai-session=xyz");
         assert_eq!(shown(&[cookie.clone(), (header::AUTHORIZATION, "bearer kehai_a")]), token("kehai_a"));
         assert_eq!(shown(&[cookie, (header::AUTHORIZATION, "Basic kehai_a")]), token(""));
+    }
+
+    #[test]
+    fn a_name_of_a_megabyte_is_a_short_line_of_the_log() {
+        assert_eq!(as_logged("anna"), "anna");
+        let longest = "ü".repeat(NAME_MAX);
+        assert_eq!(as_logged(&longest), longest);
+        assert_eq!(as_logged(&"ü".repeat(1 << 20)), format!("{longest}…"));
+        assert_eq!(as_logged("a\nb"), "a\u{fffd}b");
     }
 }
