@@ -19,6 +19,7 @@ use super::event::EventKind;
 use super::numbers::integer;
 use super::raw_rows::time;
 pub use super::raw_rows::{RawKept, in_words};
+use super::{raw_rows, schema};
 
 /// Scans of so long are written together.
 const TOGETHER: Duration = Duration::from_secs(1);
@@ -29,6 +30,7 @@ pub struct RawScanWriter {
     file: std::path::PathBuf,
     connection: Connection,
     request: i64,
+    until_ms: u64,
     waiting: Vec<(u64, String)>,
     /// When the first of those came, by a clock that is never set back.
     since: Option<Instant>,
@@ -59,7 +61,8 @@ impl RawScanWriter {
         };
         match begun() {
             Ok(request) => {
-                Ok(Self { file, connection, request, waiting: Vec::new(), since: None, last_ms: 0 })
+                let waiting = Vec::new();
+                Ok(Self { file, connection, request, until_ms, waiting, since: None, last_ms: 0 })
             }
             Err(error) => Err(StoreError::Sqlite { file, error }),
         }
@@ -81,22 +84,22 @@ impl RawScanWriter {
         if now.duration_since(since) >= TOGETHER { self.flush() } else { Ok(()) }
     }
 
-    /// Writes what waits.
+    /// Writes what waits. Once the request is over, and deleted by the tracker, nothing more is kept: it would have no end. Its number
+    /// may be that of another request by then.
     ///
     /// # Errors
     /// The database cannot be written.
     pub fn flush(&mut self) -> Result<(), StoreError> {
-        let request = self.request;
+        let (request, until_ms) = (self.request, integer(self.until_ms));
         let mut write = || -> rusqlite::Result<()> {
             let transaction = self.connection.transaction()?;
             for (at_ms, json) in &self.waiting {
-                // Once the request has expired and is deleted, none would delete what came after it.
                 transaction
                     .prepare_cached(
                         "INSERT OR REPLACE INTO raw (request, at_ms, scan) SELECT ?1, ?2, ?3
-                         WHERE EXISTS (SELECT 1 FROM raw_request WHERE request = ?1)",
+                         WHERE EXISTS (SELECT 1 FROM raw_request WHERE request = ?1 AND until_ms = ?4)",
                     )?
-                    .execute(params![request, integer(*at_ms), json])?;
+                    .execute(params![request, integer(*at_ms), json, until_ms])?;
             }
             transaction.commit()
         };
@@ -120,12 +123,31 @@ pub fn forget_expired(database: &File, now_ms: u64) -> Result<(), StoreError> {
         .map_err(|error| StoreError::Sqlite { file: file.clone(), error })?;
     // A database of before there were raw scans has none.
     let any = reader.query_row(asked, params![integer(now_ms)], |row| row.get(0)).unwrap_or(false);
-    if any { open_and_expire(database, now_ms).map(drop) } else { Ok(()) }
+    if any { expire(database, now_ms) } else { Ok(()) }
+}
+
+/// Deletes what has expired; the layout stays, which an older tracker may be using.
+fn expire(database: &File, now_ms: u64) -> Result<(), StoreError> {
+    let failed = |error| StoreError::Sqlite { file: database.to_path_buf(), error };
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(database, flags).map_err(failed)?;
+    connection.pragma_update(None, "busy_timeout", 2000).map_err(failed)?;
+    schema::layout(&connection)
+        .map_err(failed)?
+        .map_err(|error| StoreError::Unfit { file: database.to_path_buf(), error })?;
+    connection.pragma_update(None, "secure_delete", "ON").map_err(failed)?;
+    while raw_rows::forget(&connection, now_ms).map_err(failed)? {}
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn holds(file: &File) -> bool {
+        let bytes = std::fs::read(file).unwrap();
+        bytes.windows(8).any(|window| window == b"a person")
+    }
 
     #[test]
     fn scans_are_written_each_second_though_the_clock_is_set_back() {
@@ -146,18 +168,67 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_once_the_hours_are_over_is_not_kept_for_ever() {
+    fn a_scan_that_comes_after_its_request_was_deleted_is_not_kept() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("kehai.db");
         let hour_ms = 3_600_000;
         let mut raw = RawScanWriter::begin(&file, "hall", hour_ms, 2 * hour_ms).unwrap();
-        for at_ms in [2 * hour_ms - 1, 2 * hour_ms + 1] {
+        let mut scan = |at_ms| {
             raw.scan(at_ms, "{}".to_owned()).unwrap();
             raw.flush().unwrap();
-            // As a tracker does with that database.
-            forget_expired(&file, 2 * hour_ms).unwrap();
-        }
+            let reader = Connection::open(&file).unwrap();
+            reader.query_row("SELECT COUNT(*) FROM raw", [], |row| row.get::<_, i64>(0)).unwrap()
+        };
+        assert_eq!(scan(hour_ms), 1);
+        forget_expired(&file, 2 * hour_ms).unwrap();
+        assert_eq!(scan(2 * hour_ms), 0);
+        let other = RawScanWriter::begin(&file, "left", 2 * hour_ms, 3 * hour_ms).unwrap();
+        assert_eq!(other.request, 1, "its number");
+        assert_eq!(scan(2 * hour_ms + 1), 0);
+    }
+
+    #[test]
+    fn what_has_expired_is_not_in_the_log_beside_an_open_database() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, log) = (folder.path().join("kehai.db"), folder.path().join("kehai.db-wal"));
+        let hour_ms = 3_600_000;
+        let mut raw = RawScanWriter::begin(&file, "hall", hour_ms, 2 * hour_ms).unwrap();
+        raw.scan(hour_ms, "{\"a person\": 7}".to_owned()).unwrap();
+        raw.flush().unwrap();
+        assert!(holds(&log));
+        forget_expired(&file, 2 * hour_ms).unwrap();
+        assert!(!holds(&log) && !holds(&file));
+    }
+
+    #[test]
+    fn a_log_that_cannot_be_cut_while_another_program_reads_is_cut_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, log) = (folder.path().join("kehai.db"), folder.path().join("kehai.db-wal"));
+        let hour_ms = 3_600_000;
+        let mut raw = RawScanWriter::begin(&file, "hall", hour_ms, 2 * hour_ms).unwrap();
+        raw.scan(hour_ms, "{\"a person\": 7}".to_owned()).unwrap();
+        raw.flush().unwrap();
         let reader = Connection::open(&file).unwrap();
-        assert_eq!(reader.query_row("SELECT COUNT(*) FROM raw", [], |row| row.get::<_, i64>(0)), Ok(0));
+        reader.execute_batch("BEGIN; SELECT COUNT(*) FROM raw;").unwrap();
+        forget_expired(&file, 2 * hour_ms).unwrap();
+        assert!(holds(&log));
+        reader.execute_batch("COMMIT").unwrap();
+        forget_expired(&file, 2 * hour_ms).unwrap();
+        assert!(!holds(&log) && !holds(&file));
+    }
+
+    #[test]
+    fn what_has_expired_is_deleted_from_a_database_whose_layout_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("kehai.db");
+        let mut raw = RawScanWriter::begin(&file, "hall", 1000, 2000).unwrap();
+        raw.scan(1500, "{}".to_owned()).unwrap();
+        raw.flush().unwrap();
+        let older = Connection::open(&file).unwrap();
+        older.pragma_update(None, "user_version", schema::VERSION - 1).unwrap();
+        forget_expired(&file, 2000).unwrap();
+        let version: i64 = older.pragma_query_value(None, "user_version", |row| row.get(0)).unwrap();
+        let scans: i64 = older.query_row("SELECT COUNT(*) FROM raw", [], |row| row.get(0)).unwrap();
+        assert_eq!((version, scans), (schema::VERSION - 1, 0));
     }
 }

@@ -33,9 +33,18 @@ pub(super) fn forget(connection: &Connection, now_ms: u64) -> rusqlite::Result<b
     if deleted > 0 {
         return Ok(true);
     }
-    connection
-        .prepare_cached("DELETE FROM raw_request WHERE until_ms <= ?1")?
-        .execute(params![integer(now_ms)])?;
+    let is_over: bool = connection
+        .prepare_cached("SELECT EXISTS (SELECT 1 FROM raw_request WHERE until_ms <= ?1)")?
+        .query_row(params![integer(now_ms)], |row| row.get(0))?;
+    if is_over {
+        // The log beside the file holds them still. While another program reads it cannot be cut: the request stays, and it is tried again.
+        let is_busy: bool = connection.query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |row| row.get(0))?;
+        if !is_busy {
+            connection
+                .prepare_cached("DELETE FROM raw_request WHERE until_ms <= ?1")?
+                .execute(params![integer(now_ms)])?;
+        }
+    }
     Ok(false)
 }
 
