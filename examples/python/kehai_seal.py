@@ -84,6 +84,8 @@ class Channel:
         self.counter, self.newest, self.taken = 0, -1, set()
         self.asked, self.request_id, self.host = None, 0, b""  # on the way to a session
         self.heard_s = 0.0
+        # Opens since the last one that was answered: a module does not answer one made with another key.
+        self.unanswered = 0
         # The module has answered with a step towards a session: the next request is to follow at once.
         self.is_due = False
 
@@ -104,6 +106,7 @@ class Channel:
         if self.asked == SUBSCRIBE:
             header = HEADER.pack(MAGIC, 1, 0, bytes(6), SUBSCRIBE, 0, 0, bytes(16))
             return header + struct.pack("<I8s8s", self.request_id, NO_COOKIE, bytes(8))
+        self.unanswered += 1
         header = HEADER.pack(MAGIC, 1, self.boot, self.module, OPEN, 0, 0, bytes(16))
         message = struct.pack("<I8s16s", self.request_id, cookie, self.host)
         return sign(header + message, derive(self.key, b"kehai open", self.module, self.host), self.key_id)
@@ -140,9 +143,11 @@ class Channel:
             if number == session and is_signed(datagram, outward):
                 self.session = (session, inward, outward)
                 self.counter, self.newest, self.taken = 0, 0, {0}
-                self.heard_s, self.is_due = time.monotonic(), True
-        elif kind == REFUSED and len(datagram) >= 46 and datagram[45] != BAD_COOKIE:
-            return datagram
+                self.heard_s, self.is_due, self.unanswered = time.monotonic(), True, 0
+        elif kind == REFUSED and len(datagram) >= 46:
+            self.unanswered = 0
+            if datagram[45] != BAD_COOKIE:
+                return datagram
         return None
 
 

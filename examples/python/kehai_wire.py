@@ -24,6 +24,7 @@ PORT = 4040
 HEADER = struct.Struct("<3sBI6sBBQ16s")  # 40 bytes
 FROZEN = (0x80, 0x81, 0x82, 0x83)
 NO_RETURN = 65535
+UNANSWERED = 3  # opens of a session without an answer: one or two of them may be lost
 
 # fmt: off
 ENDS = ("free", "body", "wall", "view", "neck")
@@ -383,12 +384,17 @@ def listen(host, channel=None):
     link = socket.socket(where[0], socket.SOCK_DGRAM)
     link.connect(where[4])
     value, request_id, due = bytes(8), int.from_bytes(os.urandom(4), "little"), 0.0
+    is_said = False
     while True:
         try:
             if time.monotonic() >= due:
                 due, request_id = time.monotonic() + 1.0, (request_id + 1) % 2**32
                 request = subscribe(request_id, value)
                 link.send(channel.seal(request) if channel else request)
+                if channel and channel.unanswered > UNANSWERED and not is_said:
+                    is_said = True
+                    why = "the module answers, but opens no session: its key is another one"
+                    print(f"kehai_wire.py: {why}", file=sys.stderr)
             if not select.select([link], [], [], max(0.0, due - time.monotonic()))[0]:
                 continue
             datagram = link.recv(2048)

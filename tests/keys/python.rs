@@ -1,6 +1,6 @@
-//! `examples/python/kehai_wire.py --key` before a module with keys: a session, a key that the module does not know, and a restart.
+//! `examples/python/kehai_wire.py --key` before a module with keys: a session, keys that the module does not know, and a restart.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::net::{SocketAddr, SocketAddrV4, UdpSocket};
 use std::process::{Child, Stdio};
 use std::sync::Arc;
@@ -91,19 +91,28 @@ struct Listener {
 impl Listener {
     /// None where there is no Python with `cryptography`.
     fn start(device: &Device, id: u8) -> Option<Self> {
-        let (_, Key(bytes)) = key(Role::Read);
+        Self::with(device, (id, key(Role::Read).1))
+    }
+
+    /// The same with this key.
+    fn with(device: &Device, (id, Key(bytes)): (u8, Key)) -> Option<Self> {
         let digits: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
         let mut process = python()?
             .arg(project().join("examples/python/kehai_wire.py"))
             .args(["--listen", &device.address, "--key", &format!("{id}:{digits}")])
             .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
             .spawn()
             .unwrap();
         let (tell, lines) = mpsc::channel();
-        let stdout = BufReader::new(process.stdout.take().unwrap());
-        std::thread::spawn(move || {
-            stdout.lines().map_while(Result::ok).try_for_each(|line| tell.send(line)).ok();
-        });
+        let outputs: [Box<dyn Read + Send>; 2] =
+            [Box::new(process.stdout.take().unwrap()), Box::new(process.stderr.take().unwrap())];
+        for output in outputs.map(BufReader::new) {
+            let tell = tell.clone();
+            std::thread::spawn(move || {
+                output.lines().map_while(Result::ok).try_for_each(|line| tell.send(line)).ok();
+            });
+        }
         Some(Self { process, lines })
     }
 
@@ -157,4 +166,11 @@ fn python_says_that_a_key_is_refused_and_asks_no_more_than_before() {
     let (heard, seconds) = (device.heard.load(Ordering::Relaxed), begun.elapsed().as_secs() as usize);
     // A subscribe for a cookie and an open each second.
     assert!(heard <= 2 * (seconds + 2), "{heard} datagrams in {seconds} s");
+}
+
+#[test]
+fn python_says_that_a_module_has_another_key_under_that_number() {
+    let device = Device::start();
+    let Some(listener) = Listener::with(&device, (key(Role::Read).0, Key([99; 32]))) else { return };
+    listener.until(&["opens no session", "its key is another one"]);
 }
