@@ -41,7 +41,9 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 fn write_beside(beside: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = File::create(beside)?;
+    // One that a power cut has left, or a link: what it leads to is not written, nor given away.
+    let _ = fs::remove_file(beside);
+    let mut file = File::options().write(true).create_new(true).open(beside)?;
     match fs::metadata(path) {
         Ok(former) => {
             file.set_permissions(former.permissions())?;
@@ -122,5 +124,19 @@ mod tests {
         assert!(replace(&path, b"new").is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert!(!folder.path().join(".home.toml.new").exists());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_link_in_the_way_leads_to_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, other) = (folder.path().join("home.toml"), folder.path().join("other"));
+        fs::write(&path, "old").unwrap();
+        fs::write(&other, "of another").unwrap();
+        std::os::unix::fs::symlink(&other, folder.path().join(".home.toml.new")).unwrap();
+        replace(&path, b"new").unwrap();
+        assert_eq!(fs::read_to_string(&other).unwrap(), "of another");
+        assert!(fs::symlink_metadata(&path).unwrap().is_file());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
     }
 }
