@@ -12,6 +12,7 @@ mod explain;
 mod export;
 mod failure;
 mod firmware;
+mod hidden;
 mod http;
 mod keys;
 mod live;
@@ -84,8 +85,10 @@ pub fn run() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => {
-            let words: Vec<_> = std::env::args_os().collect();
-            let Some(needs) = missing::said(&error, &Arguments::command(), &words) else { error.exit() };
+            let (command, words) = (Arguments::command(), std::env::args_os().collect::<Vec<_>>());
+            let Some(needs) = missing::said(&error, &command, &words) else {
+                hidden::without_secret(error, &command).exit()
+            };
             log::say(format_args!("kehai-tracker: {needs}"));
             // As the parser's own.
             return ExitCode::from(2);
@@ -144,5 +147,15 @@ mod tests {
         let full = csv::Error::from(io::Error::from(ErrorKind::StorageFull));
         assert!(is_closed_pipe(&closed().into()) && is_closed_pipe(&csv::Error::from(closed()).into()));
         assert!(!is_closed_pipe(&full.into()) && !is_closed_pipe(&"no".into()));
+    }
+
+    #[test]
+    fn an_address_with_a_password_that_cannot_be_read_is_not_said() {
+        for option in ["--mqtt", "--alarm-webhook"] {
+            let words = ["kehai-tracker", "run", option, "//me:secret@"];
+            let error = Arguments::try_parse_from(words).unwrap_err();
+            let said = hidden::without_secret(error, &Arguments::command()).to_string();
+            assert!(said.contains(option) && !said.contains("secret"), "{said}");
+        }
     }
 }
