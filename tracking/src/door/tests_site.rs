@@ -118,20 +118,3 @@ fn the_site_is_not_changed_while_a_person_has_the_time_to_leave() {
     stage.wait(0.4);
     assert_eq!((stage.door.lock(), stage.door.may_change()), (Lock::Locked, true));
 }
-
-#[test]
-fn requests_to_leave_that_never_end_hold_off_a_change_of_the_site_for_twice_their_time_only() {
-    let mut stage = Stage::idle();
-    for request in 0..20 {
-        stage.tell(Event::Exit);
-        assert_eq!((stage.door.lock(), stage.door.may_change()), (Lock::Exit, request >= 12), "{request}");
-        stage.wait(0.9);
-    }
-    // The next one begins anew where none was for as long.
-    stage.wait(8.0);
-    stage.tell(Event::Exit);
-    assert!(stage.door.may_change());
-    stage.wait(10.2);
-    stage.tell(Event::Exit);
-    assert!(!stage.door.may_change());
-}

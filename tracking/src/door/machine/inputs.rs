@@ -1,4 +1,4 @@
-//! What people at the door put in: a card, a number, a request to leave, the end of an alarm.
+//! What people at the door put in: a card, a number, the end of an alarm.
 //!
 //! ```text
 //!   phase     Idle ── card ─▶ Asked ── number ─▶ Checking       else refused, with the reason
@@ -63,14 +63,6 @@ impl Machine {
             Phase::HeldOpen | Phase::Alarmed | Phase::Failed => Refusal::NotNow,
         };
         actions.push(Action::Refused(refusal));
-    }
-
-    /// The door is open for a person who leaves. A request within the time of one before, or as long after it, goes on with that one.
-    pub(super) const fn leave(&mut self) {
-        if self.now_s - self.exit_until_s >= self.door.exit_s {
-            self.exit_since_s = self.now_s;
-        }
-        self.exit_until_s = self.now_s + self.door.exit_s;
     }
 
     pub(super) fn reset(&mut self, actions: &mut Vec<Action>) {

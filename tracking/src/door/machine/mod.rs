@@ -90,8 +90,6 @@ pub struct Machine {
     /// shut, that is known.
     of_before: bool,
     exit_until_s: f64,
-    /// When the requests to leave that follow each other began, s.
-    exit_since_s: f64,
     /// When a track was lost in the doorway before the line while none was let in, s.
     lost_s: f64,
     /// Another door of the zone has a passage under way: the people before this one may be counted for that one.
@@ -122,7 +120,6 @@ impl Machine {
             leaf: Leaf::unknown(),
             of_before: true,
             exit_until_s: f64::NEG_INFINITY,
-            exit_since_s: f64::NEG_INFINITY,
             lost_s: f64::NEG_INFINITY,
             zone_is_taken: false,
             prompt: Prompt::Starting,
@@ -154,7 +151,7 @@ impl Machine {
             Event::Card(card) => self.card(card, &mut actions),
             Event::Number(number) => self.number(number, &mut actions),
             Event::Contact(contact) => self.leaf.report(contact, self.now_s),
-            Event::Exit => self.leave(),
+            Event::Exit => self.exit_until_s = self.now_s + self.door.exit_s,
             Event::Seen(seen) => self.observe(seen, &mut actions),
             Event::LockReady(nonce) => self.orders.lock_is_ready(nonce),
             Event::LockTaken(id) => {

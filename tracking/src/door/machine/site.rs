@@ -73,12 +73,11 @@ impl Machine {
 
     /// Whether the site may be changed: no passage is under way, or the door has failed and no alarm that must be reset stands
     /// beneath, or its contact has never said anything, as that of a door that has just been drawn. Not while a person has the time
-    /// to leave, as a door that is taken out locks; but requests that follow each other hold it off for twice that time at most.
+    /// to leave: a door that is taken out locks.
     #[must_use]
     pub fn may_change(&self) -> bool {
-        let exits_end_s = self.exit_since_s + 2.0 * self.door.exit_s;
         match self.phase {
-            _ if self.now_s < self.exit_until_s.min(exits_end_s) => false,
+            _ if self.now_s < self.exit_until_s => false,
             Phase::Idle => true,
             Phase::Failed => self.standing.is_none_or(|alarm| alarm.ends_with() != EndsWith::Reset),
             Phase::HeldOpen => self.leaf.contact.is_none(),
