@@ -188,7 +188,8 @@ fn a_door_of_which_another_tracker_of_its_area_says_nothing_stays_as_it_was_told
         let told = outbox.due(Some(&part), now_ms);
         told.iter().filter(|told| told.topic.contains("/door/")).count()
     };
-    assert_eq!([told(&[state.line.clone()], 0), told(&[], 100), told(&[state.line], 200)], [1, 0, 0]);
+    let door = [state.line];
+    assert_eq!([told(&door, 0), told(&[], 100), told(&door, 200)], [1, 0, 0]);
 }
 
 #[test]
