@@ -28,15 +28,8 @@ fn a_walk_along_a_line_does_not_say_which_way_up() {
         let at = Point::new(1.0 + 0.01 * f64::from(scan), 1.0);
         for (module, pose) in poses().into_iter().take(2).enumerate() {
             let local = pose.to_sensor(at);
-            walk.add(Glimpse {
-                module,
-                by: By::Beams,
-                at_s: f64::from(scan) * 0.1,
-                range_m: local.length(),
-                bearing_rad: if module == 1 { -local.angle_rad() } else { local.angle_rad() },
-                radial_m: 0.04,
-                tangential_m: 0.03,
-            });
+            let bearing_rad = if module == 1 { -local.angle_rad() } else { local.angle_rad() };
+            walk.add(seen(module, f64::from(scan) * 0.1, (local.length(), bearing_rad)));
         }
     }
     assert_eq!(upside_down::find(&walk), [Hang::default(); 2]);

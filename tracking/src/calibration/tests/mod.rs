@@ -54,18 +54,15 @@ fn walk(seconds: u32, noise_m: f64, off_m: f64, seed: u64) -> Walk {
             let range_m = local.length() + off_m * cosine * cosine + noise_m * numbers.normal();
             let bearing_rad = local.angle_rad() + noise_m * numbers.normal() / local.length();
             let at_s = true_s + 0.005 * module as f64;
-            walk.add(Glimpse {
-                module,
-                by: By::Beams,
-                at_s,
-                range_m,
-                bearing_rad,
-                radial_m: 0.04,
-                tangential_m: 0.03,
-            });
+            walk.add(seen(module, at_s, (range_m, bearing_rad)));
         }
     }
     walk
+}
+
+/// A body that a module saw by its beams, at this range, m, and bearing, rad.
+fn seen(module: usize, at_s: f64, (range_m, bearing_rad): (f64, f64)) -> Glimpse {
+    Glimpse { module, by: By::Beams, at_s, range_m, bearing_rad, radial_m: 0.04, tangential_m: 0.03 }
 }
 
 fn errors(calibration: &Calibration) -> Vec<(f64, f64)> {

@@ -79,16 +79,7 @@ fn who_stands_still_has_not_walked() {
         for module in 0..2 {
             let at_s = f64::from(scan) * 0.1;
             let place = poses()[module].to_sensor(Point::new(2.0, 1.5));
-            let (range_m, bearing_rad) = (place.length(), place.angle_rad());
-            walk.add(Glimpse {
-                module,
-                by: By::Beams,
-                at_s,
-                range_m,
-                bearing_rad,
-                radial_m: 0.04,
-                tangential_m: 0.03,
-            });
+            walk.add(seen(module, at_s, (place.length(), place.angle_rad())));
         }
     }
     assert!(matches!(calibrate(&walk, poses()[0], &[]), Err(Refusal::Narrow { modules: (0, 1), .. })));
@@ -103,16 +94,7 @@ fn who_stands_for_long_before_two_modules_has_walked_at_one_place_only() {
             // The first sees a walker who comes to stand after ten seconds, the other one another person, who stands all the time.
             let (at, _) = walker(if module == 0 { at_s.min(10.0) } else { 10.0 });
             let place = pose.to_sensor(at);
-            let (range_m, bearing_rad) = (place.length(), place.angle_rad());
-            walk.add(Glimpse {
-                module,
-                by: By::Beams,
-                at_s,
-                range_m,
-                bearing_rad,
-                radial_m: 0.04,
-                tangential_m: 0.03,
-            });
+            walk.add(seen(module, at_s, (place.length(), place.angle_rad())));
         }
     }
     let refusal = calibrate(&walk, poses()[0], &[]).unwrap_err();
@@ -128,16 +110,7 @@ fn two_who_walk_at_the_same_time_contradict() {
             // Each sees another one.
             let (at, _) = walker(at_s * if module == 0 { 1.0 } else { -1.7 } + 3.0 * module as f64);
             let place = pose.to_sensor(at);
-            let (range_m, bearing_rad) = (place.length(), place.angle_rad());
-            walk.add(Glimpse {
-                module,
-                by: By::Beams,
-                at_s,
-                range_m,
-                bearing_rad,
-                radial_m: 0.04,
-                tangential_m: 0.03,
-            });
+            walk.add(seen(module, at_s, (place.length(), place.angle_rad())));
         }
     }
     let refusal = calibrate(&walk, poses()[0], &[]).unwrap_err();
