@@ -8,7 +8,7 @@
 
 use std::fs::{self, File, Metadata};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 /// By which a change of a file is seen: when it was changed, its length, and which file it is.
@@ -39,13 +39,19 @@ pub fn folder_of(file: &Path) -> io::Result<File> {
     }
 }
 
+/// Where a file is written before it is put in the place of `file`.
+#[must_use]
+pub fn beside(file: &Path) -> PathBuf {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    file.with_file_name(format!(".{name}.new"))
+}
+
 /// Writes `file`, in this folder, for its owner alone.
 ///
 /// # Errors
 /// The file is as it was.
 pub fn write(file: &Path, folder: &File, text: &[u8]) -> io::Result<()> {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let beside = file.with_file_name(format!(".{name}.new"));
+    let beside = beside(file);
     // One that a power cut has left has other rights, perhaps.
     let _ = fs::remove_file(&beside);
     let mut options = File::options();
@@ -124,6 +130,15 @@ pub fn give_as(file: &File, other: &Metadata) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Gives a file the rights of the one that it replaces, and its owner.
+///
+/// # Errors
+/// The system refuses.
+pub fn take_after(file: &File, former: &Metadata) -> io::Result<()> {
+    file.set_permissions(former.permissions())?;
+    give_as(file, former)
 }
 
 #[cfg(all(test, unix))]

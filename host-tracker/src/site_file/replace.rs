@@ -27,8 +27,7 @@ pub fn former(path: &Path, number: usize) -> PathBuf {
 /// # Errors
 /// Why not; the file is as it was.
 pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!(".{name}.new"));
+    let beside = owned_file::beside(path);
     let written =
         write_beside(&beside, path, bytes).and_then(|()| keep(path)).and_then(|()| fs::rename(&beside, path));
     if written.is_err() {
@@ -45,10 +44,7 @@ fn write_beside(beside: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
     let _ = fs::remove_file(beside);
     let mut file = File::options().write(true).create_new(true).open(beside)?;
     match fs::metadata(path) {
-        Ok(former) => {
-            file.set_permissions(former.permissions())?;
-            owned_file::give_as(&file, &former)?;
-        }
+        Ok(former) => owned_file::take_after(&file, &former)?,
         // A new file, or one that cannot be asked.
         Err(_) => owned_file::give(&file, &folder_of(path)?)?,
     }

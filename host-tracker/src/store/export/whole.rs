@@ -8,7 +8,7 @@ use std::fs;
 use std::io;
 use std::path::Path as File;
 
-use crate::owned_file::give_as;
+use crate::owned_file;
 
 /// Puts what `write` writes, into a file beside it, in the place of `file`, or of what that links to; it has the rights and the owner
 /// of the file that it replaces. What is no regular file, such as a pipe, is written to.
@@ -21,14 +21,12 @@ pub fn put(file: &File, write: impl FnOnce(&File) -> io::Result<()>) -> io::Resu
         return write(file);
     }
     let file = &fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let beside = file.with_file_name(format!(".{name}.new"));
+    let beside = owned_file::beside(file);
     let finish = || {
         // Windows flushes only what is open for writing.
         let new = fs::File::options().write(true).open(&beside)?;
         if let Some(former) = &former {
-            give_as(&new, former)?;
-            new.set_permissions(former.permissions())?;
+            owned_file::take_after(&new, former)?;
         }
         new.sync_all()?;
         fs::rename(&beside, file)
