@@ -31,8 +31,7 @@ pub(super) fn open(file: &File) -> Result<Connection, StoreError> {
 /// As [`open`].
 pub(super) fn open_and_expire(file: &File, now_ms: u64) -> Result<Connection, StoreError> {
     let connection = open(file)?;
-    while raw_rows::forget(&connection, now_ms)
-        .map_err(|error| StoreError::Sqlite { file: file.to_path_buf(), error })?
-    {}
+    raw_rows::forget_all(&connection, now_ms)
+        .map_err(|error| StoreError::Sqlite { file: file.to_path_buf(), error })?;
     Ok(connection)
 }

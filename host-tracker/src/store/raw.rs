@@ -136,17 +136,28 @@ fn expire(database: &File, now_ms: u64) -> Result<(), StoreError> {
         .map_err(failed)?
         .map_err(|error| StoreError::Unfit { file: database.to_path_buf(), error })?;
     connection.pragma_update(None, "secure_delete", "ON").map_err(failed)?;
-    while raw_rows::forget(&connection, now_ms).map_err(failed)? {}
-    Ok(())
+    raw_rows::forget_all(&connection, now_ms).map_err(failed)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const HOUR_MS: u64 = 3_600_000;
+
+    /// Whether a file holds the scan of [`written`].
     fn holds(file: &File) -> bool {
         let bytes = std::fs::read(file).unwrap();
         bytes.windows(8).any(|window| window == b"a person")
+    }
+
+    /// A request of one hour with a scan, whose database stays open; the database, and the log beside it.
+    fn written(folder: &File) -> (RawScanWriter, [std::path::PathBuf; 2]) {
+        let [file, log] = ["kehai.db", "kehai.db-wal"].map(|name| folder.join(name));
+        let mut raw = RawScanWriter::begin(&file, "hall", HOUR_MS, 2 * HOUR_MS).unwrap();
+        raw.scan(HOUR_MS, "{\"a person\": 7}".to_owned()).unwrap();
+        raw.flush().unwrap();
+        (raw, [file, log])
     }
 
     #[test]
@@ -190,30 +201,22 @@ mod tests {
     #[test]
     fn what_has_expired_is_not_in_the_log_beside_an_open_database() {
         let folder = tempfile::tempdir().unwrap();
-        let (file, log) = (folder.path().join("kehai.db"), folder.path().join("kehai.db-wal"));
-        let hour_ms = 3_600_000;
-        let mut raw = RawScanWriter::begin(&file, "hall", hour_ms, 2 * hour_ms).unwrap();
-        raw.scan(hour_ms, "{\"a person\": 7}".to_owned()).unwrap();
-        raw.flush().unwrap();
+        let (_raw, [file, log]) = written(folder.path());
         assert!(holds(&log));
-        forget_expired(&file, 2 * hour_ms).unwrap();
+        forget_expired(&file, 2 * HOUR_MS).unwrap();
         assert!(!holds(&log) && !holds(&file));
     }
 
     #[test]
     fn a_log_that_cannot_be_cut_while_another_program_reads_is_cut_later() {
         let folder = tempfile::tempdir().unwrap();
-        let (file, log) = (folder.path().join("kehai.db"), folder.path().join("kehai.db-wal"));
-        let hour_ms = 3_600_000;
-        let mut raw = RawScanWriter::begin(&file, "hall", hour_ms, 2 * hour_ms).unwrap();
-        raw.scan(hour_ms, "{\"a person\": 7}".to_owned()).unwrap();
-        raw.flush().unwrap();
+        let (_raw, [file, log]) = written(folder.path());
         let reader = Connection::open(&file).unwrap();
         reader.execute_batch("BEGIN; SELECT COUNT(*) FROM raw;").unwrap();
-        forget_expired(&file, 2 * hour_ms).unwrap();
+        forget_expired(&file, 2 * HOUR_MS).unwrap();
         assert!(holds(&log));
         reader.execute_batch("COMMIT").unwrap();
-        forget_expired(&file, 2 * hour_ms).unwrap();
+        forget_expired(&file, 2 * HOUR_MS).unwrap();
         assert!(!holds(&log) && !holds(&file));
     }
 

@@ -21,6 +21,12 @@ pub struct RawKept {
     pub scans: u64,
 }
 
+/// Deletes all that has expired by `now_ms`.
+pub(super) fn forget_all(connection: &Connection, now_ms: u64) -> rusqlite::Result<()> {
+    while forget(connection, now_ms)? {}
+    Ok(())
+}
+
 /// Deletes some of what has expired; true if there may be more.
 pub(super) fn forget(connection: &Connection, now_ms: u64) -> rusqlite::Result<bool> {
     let expired = "SELECT request FROM raw_request WHERE until_ms <= ?1";
