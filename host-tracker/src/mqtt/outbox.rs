@@ -184,7 +184,7 @@ impl Outbox {
         let gone: BTreeSet<String> = known.filter(|topic| !now.contains_key(*topic)).cloned().collect();
         for topic in gone.into_iter().filter(|topic| *topic != status) {
             if !is_whole && !self.comes_and_goes(&topic) {
-                // Of two trackers that take turns in one name it is the other's, and heard.
+                // While two trackers take turns in one area's name, the one without this door knows nothing of it: the other one tells it.
                 if !is_silent && is_door(self.rest(&topic)) && self.told.contains_key(&topic) {
                     continue;
                 }
