@@ -72,12 +72,12 @@ export class Calibration {
     this.bar = html("div", { className: "meter" }, html("i"));
     this.pairs = html("ul", { className: "walk-pairs", id: "calibrate-pairs" });
     this.result = html("div", { id: "calibrate-result" });
-    const button = (id, text, wish, onclick = () => this.wish(wish)) =>
+    const button = (id, text, onclick) =>
       html("button", { id, type: "button", className: "button", onclick }, text);
-    this.finish = button("calibrate-finish", say("walk.finish"), WISH.FINISH);
-    this.again = button("calibrate-again", say("walk.again"), WISH.GO_ON);
-    this.accept = button("calibrate-accept", say("walk.accept"), WISH.ACCEPT);
-    this.stop = button("calibrate-stop", say("walk.stop"), WISH.STOP, () => this.leave());
+    this.finish = button("calibrate-finish", say("walk.finish"), () => this.wish(WISH.FINISH));
+    this.again = button("calibrate-again", say("walk.again"), () => this.wish(WISH.GO_ON));
+    this.accept = button("calibrate-accept", say("walk.accept"), () => this.wish(WISH.ACCEPT));
+    this.stop = button("calibrate-stop", say("walk.stop"), () => this.leave());
     this.form = html(
       "section",
       { className: "detail walk", id: "calibrate" },
